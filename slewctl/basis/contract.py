@@ -1,0 +1,91 @@
+"""The contract that every basis keeps: shapes with v(0) = v'(0) = 0 on ``xi = x/L``."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.errors import InputError, check_count, shown
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How fast the shapes grow off the real axis, which fixes the exact quadrature.
+
+    On the complex plane every shape is bounded by a polynomial of the given degree
+    times exp(`exponent`·|Im or Re ξ|).
+    """
+
+    exponent: float
+    degree: int
+
+
+@dataclass(frozen=True)
+class Basis(ABC):
+    """A set of `n` admissible functions φ_1 … φ_n of ``xi = x/L`` in [0, 1].
+
+    Every function satisfies the geometric boundary conditions of the clamp in the
+    rotating body axis, φ(0) = φ'(0) = 0.
+
+    Parameters
+    ----------
+    n : int
+        How many functions.
+
+    Raises
+    ------
+    InputError
+        If n < 1.
+    """
+
+    n: int
+    name: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "n", check_count(self.n, f"{type(self).__name__}.n"))
+
+    @property
+    @abstractmethod
+    def growth(self) -> Growth:
+        """Growth of the shapes off the real axis (see `Growth`)."""
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Inner points of [0, 1] where a shape's second derivative is not smooth."""
+        return ()
+
+    def evaluate(self, xi: Array, derivative: int = 0) -> Array:
+        """Return the shapes or a derivative with respect to ``xi``.
+
+        Parameters
+        ----------
+        xi : ndarray, shape (m,)
+            Points in [0, 1].
+        derivative : {0, 1, 2}
+            Order of the derivative.
+
+        Returns
+        -------
+        ndarray, shape (m, n)
+            One column a function, dimensionless.
+
+        Raises
+        ------
+        InputError
+            For another order of derivative.
+        """
+        if derivative not in (0, 1, 2):
+            raise InputError(
+                f"{shown(derivative)} is not an order of derivative",
+                where=f"{type(self).__name__}.evaluate",
+                remedy="give 0, 1 or 2",
+            )
+        return self._evaluate(np.asarray(xi, dtype=float), derivative)
+
+    @abstractmethod
+    def _evaluate(self, xi: Array, derivative: int) -> Array:
+        """Return what `evaluate` promises; `derivative` is 0, 1 or 2."""

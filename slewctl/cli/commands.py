@@ -1,0 +1,134 @@
+"""The commands: they parse, wire the rooms together and print."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from rich.markup import escape
+from rich.table import Table
+
+from slewctl.arm import Arm, catalogue
+from slewctl.basis import BASES, create
+from slewctl.check import Verdict, judge
+from slewctl.cli.terminal import OUT, progress, show
+from slewctl.compare import compare, count_designs, evaluate
+from slewctl.files import find_designs, read_arm, read_design
+from slewctl.model import assemble, truth
+from slewctl.paper import PARTS, reproduce
+
+_PATHS = click.argument(
+    "paths", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="PATH..."
+)
+_OUT = click.option(
+    "--out", required=True, type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
+    help="Folder for the report; made if it isn't there.",
+)  # fmt: skip
+
+
+@click.group()
+@click.version_option(package_name="slewctl")
+def cli() -> None:
+    """Control design for slewing flexible arms.
+
+    Exit status: 0 when all went well and all requirements hold, 1 when a requirement fails,
+    2 for bad input.
+    """
+
+
+@cli.command("compare")
+@_PATHS
+@_OUT
+def compare_command(paths: tuple[Path, ...], out: Path) -> None:
+    """Compare the designs in PATH (TOML files or folders of them) on the truth."""
+    from slewctl.report import write_comparison  # matplotlib is only needed here
+
+    designs = [read_design(path) for path in find_designs(paths)]
+    cases = [design.case for design in designs]
+    with progress(count_designs(cases)) as step:
+        comparison = compare(cases, step)
+        step("drawing")
+        page = write_comparison(comparison, out)
+    for result in comparison.cases:
+        stable = sum(e.stable for e in result.evaluations)
+        OUT.print(
+            f"{result.case.name}: {stable} of {len(result.evaluations)} designs stable on the truth"
+        )
+    OUT.print(f"report: {page}", soft_wrap=True)
+
+
+@cli.command("check")
+@_PATHS
+@click.pass_context
+def check_command(context: click.Context, paths: tuple[Path, ...]) -> None:
+    """Check the requirements of the designs in PATH on the truth.
+
+    Exit status: 0 when all hold, 1 when one fails, 2 for bad input.
+    """
+    designs = [read_design(path) for path in find_designs(paths)]
+    table = Table("design", "requirement", "value", "limit", "at", "verdict", box=None)
+    failed = 0
+    with progress(len(designs)) as step:
+        for design in designs:
+            step(str(design.path))
+            for verdict in judge(evaluate(design.case), design.requirements):
+                failed += not verdict.passed
+                table.add_row(design.case.name, *_cells(verdict))
+    show(table)
+    OUT.print(f"{failed} requirement(s) failed" if failed else "all requirements hold")
+    context.exit(1 if failed else 0)
+
+
+def _cells(verdict: Verdict) -> tuple[str, ...]:
+    bound = ">=" if verdict.sense == "at least" else "<="
+    unit = f" {verdict.unit}" if verdict.unit else ""
+    if verdict.requirement == "stable":
+        value, limit = ("yes" if verdict.passed else "no"), "yes"
+    else:
+        value = "-" if verdict.value is None else f"{verdict.value:.4g}{unit}"
+        limit = f"{bound} {verdict.limit:g}{unit}"
+    at = "" if verdict.frequency_hz is None else f"{verdict.frequency_hz:.4g} Hz"
+    word = "[green]ok[/]" if verdict.passed else "[bold red]FAIL[/]"
+    note = f" ({escape(verdict.note)})" if verdict.note else ""
+    return verdict.requirement, value, limit, at, word + note
+
+
+@cli.command("modes")
+@click.argument("arm")
+@click.option("-n", "--orders", default=6, show_default=True, type=click.IntRange(1, 60),
+              help="Largest number of functions.")  # fmt: skip
+@click.option("-m", "--modes", default=3, show_default=True, type=click.IntRange(1, 20),
+              help="How many flexible frequencies to print.")  # fmt: skip
+def modes_command(arm: str, orders: int, modes: int) -> None:
+    """Print the natural frequencies of ARM by basis and number of functions.
+
+    ARM is a catalogue name or a TOML file with an [arm] table.
+    """
+    chosen = _find_arm(arm)
+    exact = truth(chosen, max(modes, 10))
+    table = Table("basis", "n", *(f"f{k} (Hz)" for k in range(1, modes + 1)), box=None)
+    for basis in BASES:
+        for n in range(1, orders + 1):
+            found = assemble(chosen, create(basis, n)).frequencies_hz[:modes]
+            cells = [f"{f:.6f}" for f in found] + ["-"] * (modes - len(found))
+            table.add_row(basis, str(n), *cells)
+    table.add_row("truth", "", *(f"{f:.6f}" for f in exact.frequencies_hz[:modes]))
+    show(table)
+    OUT.print(str(exact), soft_wrap=True)
+
+
+def _find_arm(arm: str) -> Arm:
+    path = Path(arm)
+    return read_arm(path) if path.suffix == ".toml" or path.is_file() else catalogue.get(arm)
+
+
+@cli.command("paper")
+@_OUT
+def paper_command(out: Path) -> None:
+    """Reproduce and correct the paper's tables and figures."""
+    from slewctl.report import write_paper  # matplotlib is only needed here
+
+    with progress(len(PARTS)) as step:
+        reproduction = reproduce(step)
+        page = write_paper(reproduction, out)
+    OUT.print(f"report: {page}", soft_wrap=True)

@@ -1,0 +1,45 @@
+"""What the command line prints: progress on a terminal, tables, nothing in colour in a pipe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+OUT = Console(highlight=False)
+ERR = Console(stderr=True, highlight=False)
+
+
+@contextmanager
+def progress(total: int | None) -> Iterator[Callable[[str], None]]:
+    """Yield a function to call before each step; it draws a bar on a terminal only."""
+    if not ERR.is_terminal:
+        yield lambda _: None
+        return
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        console=ERR,
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task("", total=total)
+        started = False
+
+        def step(text: str) -> None:
+            nonlocal started
+            bar.update(task, description=text, advance=1 if started else 0)
+            started = True
+
+        yield step
+
+
+def show(table: Table) -> None:
+    """Print a table; in a pipe as wide as it needs to be."""
+    console = OUT if OUT.is_terminal else Console(width=200, highlight=False)
+    console.print(table)

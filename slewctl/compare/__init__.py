@@ -1,0 +1,28 @@
+"""Designs on several bases and orders, judged on the converged truth of their arm."""
+
+from slewctl.compare.case import Case
+from slewctl.compare.evaluation import Evaluation, Judge, Outcome, evaluate
+from slewctl.compare.study import (
+    CaseResult,
+    Comparison,
+    LoopCurves,
+    ModeShapes,
+    TruthSummary,
+    compare,
+    count_designs,
+)
+
+__all__ = [
+    "Case",
+    "CaseResult",
+    "Comparison",
+    "Evaluation",
+    "Judge",
+    "LoopCurves",
+    "ModeShapes",
+    "Outcome",
+    "TruthSummary",
+    "compare",
+    "count_designs",
+    "evaluate",
+]

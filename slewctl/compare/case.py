@@ -1,0 +1,84 @@
+"""A case: one arm, one objective, one design, and the alternatives to compare it with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from slewctl.arm import Arm
+from slewctl.basis import BASES
+from slewctl.design import METHODS
+from slewctl.errors import InputError, check_choice, check_count
+from slewctl.loop import Slew
+from slewctl.model.truth import DEFAULT_MODES
+from slewctl.plant import Objective
+
+
+@dataclass(frozen=True)
+class Case:
+    """A design to be judged on the truth.
+
+    Parameters
+    ----------
+    name : str
+        Short name, such as the design file's stem.
+    arm : Arm
+    objective : Objective
+    basis : str
+        Name of the basis that the design model uses (see `slewctl.basis.BASES`).
+    n : int
+        Number of admissible functions of the design model.
+    method : str
+        Name of the design method (see `slewctl.design.METHODS`).
+    slew : Slew
+        The turn that is simulated.
+    title : str
+        One line for the report.
+    source : str
+        Where the case is described, such as the design file, for messages.
+    truth_modes : int
+        Flexible modes that the truth keeps; not fewer than any n compared.
+    bases : tuple of str
+        Bases that a comparison tries.
+    orders : tuple of int
+        Numbers of functions that a comparison tries.
+
+    Raises
+    ------
+    InputError
+        For unknown names, counts below one, or a truth smaller than a design model.
+    """
+
+    name: str
+    arm: Arm
+    objective: Objective
+    basis: str = "clamped-free"
+    n: int = 2
+    method: str = "lqg"
+    slew: Slew = field(default_factory=lambda: Slew(angle_deg=30.0, duration_s=2.0))
+    title: str = ""
+    source: str = ""
+    truth_modes: int = DEFAULT_MODES
+    bases: tuple[str, ...] = ("clamped-free", "slewing")
+    orders: tuple[int, ...] = (1, 2, 3, 4, 5)
+
+    def __post_init__(self) -> None:
+        check_choice(self.basis, BASES, "model.basis")
+        check_choice(self.method, METHODS, "controller.method")
+        check_count(self.n, "model.n")
+        for basis in self.bases:
+            check_choice(basis, BASES, "compare.bases")
+        for order in self.orders:
+            check_count(order, "compare.orders")
+        largest = max(self.n, *self.orders) if self.orders else self.n
+        if check_count(self.truth_modes, "truth.modes") < largest:
+            raise InputError(
+                f"a truth of {self.truth_modes} modes cannot judge a model of {largest} functions",
+                where="truth.modes",
+                remedy=f"keep at least {2 * largest} modes",
+            )
+
+    @property
+    def candidates(self) -> tuple[tuple[str, int], ...]:
+        """Every (basis, n) to compare, the case's own one included."""
+        grid = [(basis, n) for basis in self.bases for n in self.orders]
+        return tuple(dict.fromkeys([*grid, (self.basis, self.n)]))

@@ -1,0 +1,224 @@
+"""Cases side by side: each design beside the same method on other bases and orders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.basis import create
+from slewctl.compare.case import Case
+from slewctl.compare.evaluation import Evaluation, Judge, Outcome
+from slewctl.loop import Loop, SlewResponse
+from slewctl.model import Model, assemble
+
+Progress = Callable[[str], None]
+
+_CURVE_POINTS = 500
+
+
+@dataclass(frozen=True, eq=False)
+class LoopCurves:
+    """The return ratio L(jω) of one design on the truth, and its slew.
+
+    Attributes
+    ----------
+    basis : str
+    n : int
+    stable : bool
+    frequency_hz, gain_db, phase_deg : ndarray
+        Dense around every pole of the loop; the phase is continuous.
+    slew : SlewResponse or None
+        None for an unstable loop.
+    """
+
+    basis: str
+    n: int
+    stable: bool
+    frequency_hz: Array
+    gain_db: Array
+    phase_deg: Array
+    slew: SlewResponse | None
+
+
+@dataclass(frozen=True, eq=False)
+class ModeShapes:
+    """Arc displacement of the first flexible modes along the beam, at unit modal mass.
+
+    Attributes
+    ----------
+    source : str
+        The basis, or the truth.
+    x : ndarray, shape (m,)
+        m from the clamp.
+    shapes : ndarray, shape (modes, m)
+    frequencies_hz : ndarray, shape (modes,)
+    """
+
+    source: str
+    x: Array
+    shapes: Array
+    frequencies_hz: Array
+
+
+@dataclass(frozen=True)
+class TruthSummary:
+    """What the truth of a case is worth.
+
+    Attributes
+    ----------
+    modes, functions : int
+        Flexible modes kept, polynomial functions they were computed with.
+    tolerance : float
+        Largest estimated relative error of the kept frequencies.
+    frequencies_hz : tuple of float
+    optimal_cost : float
+        Smallest squared H2 norm that any controller achieves on it.
+    optimal_verified : bool
+    optimum_drift : float
+        Relative change of `optimal_cost` with twice the modes.
+    hub_ratio : float
+        Hub inertia over the beam's own inertia about the axis.
+    """
+
+    modes: int
+    functions: int
+    tolerance: float
+    frequencies_hz: tuple[float, ...]
+    optimal_cost: float
+    optimal_verified: bool
+    optimum_drift: float
+    hub_ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class CaseResult:
+    """A case with everything that was tried for it.
+
+    Attributes
+    ----------
+    case : Case
+    truth : TruthSummary
+    chosen : Evaluation
+        The case's own design.
+    evaluations : tuple of Evaluation
+        Every basis and order compared, the chosen one included.
+    curves : tuple of LoopCurves
+        The chosen order on each basis.
+    shapes : tuple of ModeShapes
+        The truth, and the chosen order on each basis.
+    """
+
+    case: Case
+    truth: TruthSummary
+    chosen: Evaluation
+    evaluations: tuple[Evaluation, ...]
+    curves: tuple[LoopCurves, ...]
+    shapes: tuple[ModeShapes, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The results of all cases compared."""
+
+    cases: tuple[CaseResult, ...]
+
+
+def compare(cases: Iterable[Case], progress: Progress | None = None) -> Comparison:
+    """Return every case's design, and its alternatives, judged on the truth.
+
+    Parameters
+    ----------
+    cases : iterable of Case
+    progress : callable, optional
+        Called with a short text before each design.
+
+    Raises
+    ------
+    DesignError
+        If a case's objective admits no controller.
+    """
+    return Comparison(tuple(_compare_one(case, progress or _quiet) for case in cases))
+
+
+def count_designs(cases: Iterable[Case]) -> int:
+    """Return how many times `compare` calls `progress`."""
+    return sum(len(case.candidates) for case in cases)
+
+
+def _quiet(_: str) -> None:
+    return None
+
+
+def _compare_one(case: Case, progress: Progress) -> CaseResult:
+    judge = Judge(case)
+    evaluations, curves = [], []
+    for basis, n in case.candidates:
+        progress(f"{case.name}: {basis}, n = {n}")
+        outcome = judge.evaluate(basis, n)
+        evaluations.append(outcome.evaluation)
+        if n == case.n:
+            curves.append(_curve(outcome))
+    chosen = next(e for e in evaluations if (e.basis, e.n) == (case.basis, case.n))
+    bases = [curve.basis for curve in curves]
+    models = [assemble(case.arm, create(basis, case.n)) for basis in bases]
+    shapes = [_shapes("truth", judge.truth, case.n)]
+    shapes += [_shapes(basis, m, case.n) for basis, m in zip(bases, models, strict=True)]
+    return CaseResult(
+        case, _summary(judge), chosen, tuple(evaluations), tuple(curves), tuple(shapes)
+    )
+
+
+def _summary(judge: Judge) -> TruthSummary:
+    arm, model = judge.case.arm, judge.truth
+    beam_inertia = model.mass[0, 0] - arm.hub.inertia
+    return TruthSummary(
+        modes=model.modes,
+        functions=model.functions,
+        tolerance=model.tolerance,
+        frequencies_hz=tuple(float(f) for f in model.frequencies_hz),
+        optimal_cost=judge.optimal.h2_cost,
+        optimal_verified=judge.optimal.certificate.verified,
+        optimum_drift=judge.optimum_drift,
+        hub_ratio=float(arm.hub.inertia / beam_inertia),
+    )
+
+
+def _curve(outcome: Outcome) -> LoopCurves:
+    evaluation, omega = outcome.evaluation, _frequencies(outcome.loop)
+    values = outcome.loop.response(omega)
+    finite = np.isfinite(values)
+    values = values[finite]
+    phase = np.degrees(np.unwrap(np.angle(values)))
+    # Start between −360° and 0°, where a loop with a rigid body is read.
+    phase -= 360 * np.ceil(phase[0] / 360)
+    return LoopCurves(
+        evaluation.basis,
+        evaluation.n,
+        evaluation.stable,
+        omega[finite] / (2 * np.pi),
+        20 * np.log10(np.abs(values)),
+        phase,
+        outcome.slew,
+    )
+
+
+def _frequencies(loop: Loop) -> Array:
+    """Return frequencies in rad/s, dense at every pole of the loop."""
+    poles = np.linalg.eigvals(np.asarray(loop.return_ratio.A))
+    poles = poles[poles.imag > 0]
+    slow = np.abs(loop.poles)[np.abs(loop.poles) > 0].min()
+    fast = 1.3 * loop.model.omega[-1]
+    grid = np.geomspace(slow / 10, fast, _CURVE_POINTS)
+    widths = np.abs(poles.real)[:, None] * np.array([0, 0.3, 0.6, 1, 1.6, 2.5, 4, 6, 10, 16])
+    around = np.concatenate([poles.imag[:, None] + widths, poles.imag[:, None] - widths])
+    around = around[(around > grid[0]) & (around < fast)]
+    return np.unique(np.concatenate([grid, around]))
+
+
+def _shapes(source: str, model: Model, modes: int) -> ModeShapes:
+    x = np.linspace(0.0, model.arm.beam.length, 101)
+    displacements = (model.displacement(x) @ model.mode_shapes[:, 1 : modes + 1]).T
+    return ModeShapes(source, x, displacements, model.frequencies_hz[:modes])

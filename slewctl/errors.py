@@ -1,0 +1,113 @@
+"""What can go wrong, in the user's words: what was wrong, where, and what to do.
+
+Every error that slewctl raises on purpose is a `SlewctlError`; the command line
+prints its one line and exits with status 2.  The `check_*` functions refuse
+impossible numbers in the same words everywhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from difflib import get_close_matches
+from numbers import Integral, Real
+
+
+class SlewctlError(Exception):
+    """Base of all errors that slewctl raises on purpose.
+
+    Parameters
+    ----------
+    what : str
+        What was wrong, with the offending value.
+    where : str, optional
+        The place: a file and key, or a name such as ``hub.inertia``.
+    remedy : str, optional
+        What the user can do about it.
+    """
+
+    def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
+        self.what, self.where, self.remedy = what, where, remedy
+        super().__init__(what, where, remedy)
+
+    def within(self, place: str, separator: str = ": ") -> SlewctlError:
+        """Return the same error with `place`, such as a file, before its own place."""
+        where = f"{place}{separator}{self.where}" if self.where else place
+        return type(self)(self.what, where=where, remedy=self.remedy)
+
+    def __str__(self) -> str:
+        place = f"{self.where}: " if self.where else ""
+        advice = f"; {self.remedy}" if self.remedy else ""
+        return f"{place}{self.what}{advice}"
+
+
+class InputError(SlewctlError, ValueError):
+    """A value that the user gave is impossible, unknown or of the wrong shape."""
+
+
+class DesignError(SlewctlError):
+    """No controller can be designed: an assumption of the method does not hold."""
+
+
+class AccuracyError(SlewctlError):
+    """A result was computed but its independent check does not confirm it."""
+
+
+def shown(value: object) -> str:
+    """Return `value` for a message: on one line, and not longer than a line."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def check_number(value: object, name: str) -> float:
+    """Return `value` as a float; refuse what is not a finite real number."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if math.isfinite(number):
+            return number
+    raise InputError(f"{shown(value)} is not a finite number", where=name, remedy="give a number")
+
+
+def check_positive(value: object, name: str) -> float:
+    """Return `value` as a float; refuse what is not greater than zero."""
+    number = check_number(value, name)
+    if number <= 0:
+        raise InputError(f"{number:g} is not positive", where=name, remedy="give a value > 0")
+    return number
+
+
+def check_nonnegative(value: object, name: str) -> float:
+    """Return `value` as a float; refuse negative numbers."""
+    number = check_number(value, name)
+    if number < 0:
+        raise InputError(f"{number:g} is negative", where=name, remedy="give a value >= 0")
+    return number
+
+
+def check_count(value: object, name: str, least: int = 1) -> int:
+    """Return `value` as an int; refuse what is not a whole number >= `least`."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise InputError(
+            f"{shown(value)} is not a whole number >= {least}",
+            where=name,
+            remedy=f"give a whole number >= {least}",
+        )
+    return int(value)
+
+
+def check_choice(value: str, choices: Iterable[str], name: str) -> str:
+    """Return `value`; refuse what is not among `choices` and suggest the nearest."""
+    known = sorted(choices)
+    if value in known:
+        return value
+    raise InputError(f"unknown name {shown(value)}", where=name, remedy=suggest(str(value), known))
+
+
+def suggest(wrong: str, known: Iterable[str]) -> str:
+    """Return the remedy for a misspelt name: the nearest known one, or all of them."""
+    names = sorted(known)
+    near = get_close_matches(wrong, names, n=1)
+    return f"did you mean {near[0]!r}?" if near else "known: " + ", ".join(names)

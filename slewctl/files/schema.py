@@ -1,0 +1,107 @@
+"""The keys of a design file, with their types; everything else is refused."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from slewctl.compare import Case
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=1)]
+
+
+class Table(BaseModel):
+    """A TOML table that refuses unknown keys and converts nothing."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class BeamTable(Table):
+    """``[arm.beam]``.
+
+    A profile is a number, a list of polynomial coefficients in x/L (lowest power first), or
+    stations ``{ x = [...], values = [...] }`` with x in metres; the reader checks it.
+    """
+
+    length: Positive
+    mass_per_length: Any
+    bending_stiffness: Any
+
+
+class HubTable(Table):
+    """``[arm.hub]``."""
+
+    inertia: NonNegative = 0.0
+    radius: NonNegative = 0.0
+    friction: NonNegative = 0.0
+
+
+class PayloadTable(Table):
+    """``[arm.payload]``."""
+
+    mass: NonNegative = 0.0
+    inertia: NonNegative = 0.0
+
+
+class ArmTable(Table):
+    """``[arm]``: a catalogue arm, changed where keys are given, or a full description."""
+
+    catalogue: str | None = None
+    name: str | None = None
+    beam: BeamTable | None = None
+    hub: HubTable | None = None
+    payload: PayloadTable | None = None
+    damping_ratio: Annotated[float, Field(ge=0, lt=1)] | None = None
+
+
+class ModelTable(Table):
+    """``[model]``: what the design is made on."""
+
+    basis: str
+    n: Count
+
+
+class ControllerTable(Table):
+    """``[controller]``: method and weights in physical terms."""
+
+    method: str
+    limits: dict[str, Positive]
+    noise: dict[str, Positive]
+
+
+class SlewTable(Table):
+    """``[slew]``: the turn that is simulated."""
+
+    angle_deg: Finite
+    duration_s: Positive
+    horizon_s: Positive | None = None
+
+
+class TruthTable(Table):
+    """``[truth]``: what the design is judged on."""
+
+    modes: Count = Case.truth_modes
+
+
+class CompareTable(Table):
+    """``[compare]``: what the design is compared with."""
+
+    bases: list[str] = list(Case.bases)
+    orders: list[Count] = list(Case.orders)
+
+
+class DesignTable(Table):
+    """A whole design file."""
+
+    title: str = ""
+    arm: ArmTable
+    model: ModelTable
+    controller: ControllerTable
+    slew: SlewTable
+    truth: TruthTable = TruthTable()
+    compare: CompareTable = CompareTable()
+    requirements: dict[str, Finite | bool] = {}

@@ -1,0 +1,148 @@
+"""A controller closed around a model: stability first, then everything that needs it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import control
+import numpy as np
+
+from slewctl._types import Array, ComplexArray
+from slewctl.design import Controller
+from slewctl.errors import InputError, SlewctlError
+from slewctl.linalg import H2Cost, h2_cost, stability_threshold
+from slewctl.loop.frequency import FrequencyResponse
+from slewctl.loop.margins import Margins, classical_margins
+from slewctl.model import Model
+from slewctl.plant import TORQUE, GeneralisedPlant, Objective, generalised_plant
+
+
+class UnstableLoopError(SlewctlError):
+    """Something was asked of an unstable loop that only a stable one has."""
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A controller closed around a model, usually the truth.
+
+    Parameters
+    ----------
+    model : Model
+        What the controller acts on.
+    objective : Objective
+        Disturbances and cost by which it is judged.
+    controller : Controller
+        Designed on any model of the same arm.
+    """
+
+    model: Model
+    objective: Objective
+    controller: Controller
+
+    @cached_property
+    def plant(self) -> GeneralisedPlant:
+        """The generalised plant of the objective on the model."""
+        return generalised_plant(self.model, self.objective)
+
+    @cached_property
+    def system(self) -> control.StateSpace:
+        """The closed loop from the disturbances to the performance outputs."""
+        return self.plant.close(self.controller.system)
+
+    @cached_property
+    def poles(self) -> ComplexArray:
+        """Closed-loop poles in rad/s, by increasing magnitude."""
+        values = np.linalg.eigvals(np.asarray(self.system.A))
+        return values[np.argsort(np.abs(values))].astype(complex)
+
+    @cached_property
+    def stable(self) -> bool:
+        """Whether every closed-loop pole lies left of the axis by more than rounding."""
+        return bool(self.poles.real.max() < -stability_threshold(np.asarray(self.system.A)))
+
+    @property
+    def unstable_hz(self) -> tuple[float, ...]:
+        """Frequencies of the poles that are not stable, fastest growing first."""
+        threshold = stability_threshold(np.asarray(self.system.A))
+        bad = self.poles[(self.poles.real >= -threshold) & (self.poles.imag >= 0)]
+        bad = bad[np.argsort(-bad.real)]
+        return tuple(float(abs(pole) / (2 * np.pi)) for pole in bad)
+
+    @cached_property
+    def return_ratio(self) -> control.StateSpace:
+        """L = −K(s)G(s), the loop broken at the torque; stability means 1 + L ≠ 0."""
+        G, K = self.plant.control_path, self.controller.system
+        B = np.vstack([G.B, np.zeros((K.nstates, 1))])
+        A = np.block([[G.A, np.zeros((G.nstates, K.nstates))], [np.asarray(K.B) @ G.C, K.A]])
+        C = -np.hstack([np.asarray(K.D) @ G.C, K.C])
+        return control.StateSpace(
+            A, B, C, np.zeros((1, 1)), inputs=[TORQUE], outputs=["returned_torque"], name="L"
+        )
+
+    @cached_property
+    def margins(self) -> Margins:
+        """Classical margins at the torque.
+
+        Raises
+        ------
+        UnstableLoopError
+            An unstable loop has no margin.
+        """
+        self.require_stable("margins")
+        return classical_margins(self.return_ratio)
+
+    @cached_property
+    def h2(self) -> H2Cost:
+        """Squared H2 norm from w to z: the stationary mean of Σ z².
+
+        Raises
+        ------
+        UnstableLoopError
+            The cost of an unstable loop is infinite.
+        """
+        self.require_stable("an H2 cost")
+        if np.any(np.asarray(self.system.D)):
+            return H2Cost(np.inf, 0.0)  # sensor noise passes straight to the torque
+        return h2_cost(*(np.asarray(getattr(self.system, name)) for name in "ABC"))
+
+    def response(self, omega: Array) -> ComplexArray:
+        """Return L(jω) for each ω in rad/s."""
+        return FrequencyResponse(self.return_ratio)(omega)
+
+    def describe(self) -> str:
+        """Return one line: stable with its margins, or unstable and where."""
+        if not self.stable:
+            return f"UNSTABLE at {self.unstable_hz[0]:.4g} Hz (an unstable loop has no margins)"
+        m = self.margins
+        return (
+            f"stable: gain margin {m.gain_db.value:.2f} dB, phase margin "
+            f"{m.phase_deg.value:.1f} deg, H2 cost {self.h2.value:.4g}"
+        )
+
+    def require_stable(self, what: str) -> None:
+        """Raise `UnstableLoopError` if the loop has not got `what` because it is unstable."""
+        if not self.stable:
+            raise UnstableLoopError(
+                f"the loop is unstable at {self.unstable_hz[0]:.4g} Hz and has not {what}",
+                where="loop",
+                remedy="ask loop.stable first",
+            )
+
+
+def close(model: Model, objective: Objective, controller: Controller) -> Loop:
+    """Return the loop of `controller` around `model`, judged by `objective`.
+
+    Raises
+    ------
+    InputError
+        If the controller takes other sensors than the objective names.
+    """
+    if controller.sensors != objective.sensors:
+        raise InputError(
+            f"the controller takes {list(controller.sensors)}, the objective measures "
+            f"{list(objective.sensors)}",
+            where="close",
+            remedy="use the objective that the controller was designed for",
+        )
+    return Loop(model, objective, controller)

@@ -1,0 +1,263 @@
+"""From an arm and a basis to M, D, K and b of M ẍ + D ẋ + K x = b τ, x = [θ, q] (eq. 41–42).
+
+Nothing is assembled from squared sums: mass and stiffness are kept as factors F and S with
+M = FᵀF and K_e = SᵀS (one row a quadrature point, hub or payload term), so that both are
+symmetric and semidefinite by construction and the frequencies come from a singular value
+decomposition.  The low ones keep a relative accuracy of about ε·ω_k/ω_1, however stiff the
+highest function of the basis is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import qr, solve_triangular
+
+from slewctl._types import Array
+from slewctl.arm import Arm
+from slewctl.basis import Basis
+from slewctl.errors import AccuracyError, InputError, shown
+from slewctl.model.quadrature import UNIT_ROUNDOFF, Rule, composite, halved
+
+# A callable profile has no known degree: panels are halved until the matrices settle.
+_SAMPLED_DEGREE = 24
+_SAMPLED_TOLERANCE = 1e-12
+_SAMPLED_ACCEPTABLE = 1e-6
+_SAMPLED_HALVINGS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """The linear model M ẍ + D ẋ + K x = b τ of an arm in one basis, x = [θ, q].
+
+    Attributes
+    ----------
+    arm : Arm
+    basis : Basis
+    mass, damping, stiffness : ndarray, shape (n+1, n+1)
+        M, D and K, symmetric; SI units.
+    input : ndarray, shape (n+1,)
+        b: the torque acts on θ.
+    omega : ndarray, shape (n,)
+        Undamped natural frequencies of the flexible modes in rad/s, increasing.
+    mode_shapes : ndarray, shape (n+1, n+1)
+        U with UᵀMU = I, one column a mode, the rigid-body rotation first.
+    quadrature_error : float
+        Bound (for a callable profile: estimate) of the relative error of the integrals.
+    """
+
+    arm: Arm
+    basis: Basis
+    mass: Array
+    damping: Array
+    stiffness: Array
+    input: Array
+    omega: Array
+    mode_shapes: Array
+    quadrature_error: float
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "damping", "stiffness", "input", "omega", "mode_shapes"):
+            getattr(self, name).setflags(write=False)
+
+    @property
+    def n(self) -> int:
+        """Number of admissible functions."""
+        return self.basis.n
+
+    @property
+    def frequencies_hz(self) -> Array:
+        """Undamped natural frequencies of the flexible modes in Hz, increasing."""
+        return self.omega / (2 * np.pi)
+
+    def displacement(self, x: Array) -> Array:
+        """Return the rows that map [θ, q] to the arc displacement (r + x)θ + v(x).
+
+        Parameters
+        ----------
+        x : ndarray, shape (m,)
+            Points on the beam in metres from the clamp.
+
+        Returns
+        -------
+        ndarray, shape (m, n+1)
+        """
+        x = np.asarray(x, dtype=float)
+        shapes = self.basis.evaluate(x / self.arm.beam.length)
+        return np.column_stack([self.arm.hub.radius + x, shapes])
+
+
+@dataclass(frozen=True, eq=False)
+class Factors:
+    """Square-root factors of an arm's mass and stiffness in one basis.
+
+    Attributes
+    ----------
+    mass : ndarray, shape (p, n+1)
+        F with M = FᵀF.
+    stiffness : ndarray, shape (m, n)
+        S with K_e = SᵀS.
+    """
+
+    mass: Array
+    stiffness: Array
+    quadrature_error: float = field(default=UNIT_ROUNDOFF)
+
+
+def assemble(arm: Arm, basis: Basis) -> Model:
+    """Return the model of `arm` discretised by `basis`.
+
+    Parameters
+    ----------
+    arm : Arm
+    basis : Basis
+
+    Returns
+    -------
+    Model
+        With J, Φ̃, M_e and K_e of eq. 33 and 35 extended by the hub's inertia and radius
+        and the payload's mass and inertia; modal damping ``arm.damping_ratio`` on every
+        flexible mode and ``arm.hub.friction`` on θ.  The integrals are exact to rounding
+        for polynomial and tabulated profiles; for a callable they are refined until they
+        settle, and `Model.quadrature_error` says how far.
+
+    Raises
+    ------
+    InputError
+        If `arm` or `basis` is something else, or the mass matrix is not positive definite.
+    AccuracyError
+        If the integrals of a callable profile do not settle.
+    """
+    check_arm(arm, "assemble")
+    if not isinstance(basis, Basis):
+        raise InputError(
+            f"{shown(basis)} is not a basis", where="assemble", remedy="give one, as in Slewing(3)"
+        )
+    return model_from_factors(arm, basis, factors(arm, basis))
+
+
+def check_arm(arm: object, where: str) -> None:
+    """Refuse what is not an `Arm`."""
+    if not isinstance(arm, Arm):
+        raise InputError(f"{shown(arm)} is not an Arm", where=where, remedy="give a slewctl.Arm")
+
+
+def factors(arm: Arm, basis: Basis) -> Factors:
+    """Return the square-root factors of `arm` in `basis` (see `Factors`)."""
+    profiles = (arm.beam.mass_profile, arm.beam.stiffness_profile)
+    degrees = [profile.degree for profile in profiles]
+    breakpoints = (*arm.beam.breakpoints, *basis.breakpoints)
+    exponent = 2 * basis.growth.exponent
+    shape_degree = 2 * max(basis.growth.degree, 1)
+    known = [d for d in degrees if d is not None]
+    if len(known) == len(degrees):
+        rule = composite(breakpoints, exponent, shape_degree + max(known))
+        return _factors_on(arm, basis, rule)
+    return _settled_factors(arm, basis, breakpoints, exponent, shape_degree + _SAMPLED_DEGREE)
+
+
+def _settled_factors(
+    arm: Arm, basis: Basis, breakpoints: tuple[float, ...], exponent: float, degree: int
+) -> Factors:
+    """Halve the panels until mass and stiffness agree on two successive rules."""
+    coarse = _factors_on(arm, basis, composite(breakpoints, exponent, degree))
+    best: Factors | None = None
+    for times in range(1, _SAMPLED_HALVINGS + 1):
+        fine = _factors_on(arm, basis, composite(halved(breakpoints, times), exponent, degree))
+        change = max(
+            _relative_change(coarse.mass, fine.mass),
+            _relative_change(coarse.stiffness, fine.stiffness),
+        )
+        best = Factors(fine.mass, fine.stiffness, max(change, UNIT_ROUNDOFF))
+        if change <= _SAMPLED_TOLERANCE:
+            break
+        coarse = fine
+    if best is None or best.quadrature_error > _SAMPLED_ACCEPTABLE:
+        raise AccuracyError(
+            f"the integrals over a callable profile still change by "
+            f"{math.nan if best is None else best.quadrature_error:.1e}",
+            where="beam",
+            remedy="give a profile with kinks or steps as Stations",
+        )
+    return best
+
+
+def _relative_change(coarse: Array, fine: Array) -> float:
+    """Return max |ΔG_ij| / sqrt(G_ii G_jj) between two Gram matrices of factors."""
+    gram = fine.T @ fine
+    scale = np.sqrt(np.diag(gram))
+    return float(np.max(np.abs(gram - coarse.T @ coarse) / np.outer(scale, scale)))
+
+
+def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
+    L, r = arm.beam.length, arm.hub.radius
+    weights = L * rule.weights
+    mass_root = np.sqrt(weights * arm.beam.mass_profile(rule.xi))
+    stiffness_root = np.sqrt(weights * arm.beam.stiffness_profile(rule.xi)) / L**2
+    tip = np.ones(1)
+    beam_rows = np.column_stack([r + L * rule.xi, basis.evaluate(rule.xi)])
+    tip_rows = np.column_stack([[r + L], basis.evaluate(tip)])
+    turn_rows = np.column_stack([[1.0], basis.evaluate(tip, 1) / L])
+    hub_row = np.zeros((1, basis.n + 1))
+    hub_row[0, 0] = math.sqrt(arm.hub.inertia)
+    mass = np.vstack(
+        [
+            mass_root[:, None] * beam_rows,
+            math.sqrt(arm.payload.mass) * tip_rows,
+            math.sqrt(arm.payload.inertia) * turn_rows,
+            hub_row,
+        ]
+    )
+    return Factors(mass, stiffness_root[:, None] * basis.evaluate(rule.xi, 2))
+
+
+def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
+    """Return the `Model` with modes and modal damping from square-root factors."""
+    n = basis.n
+    omega, modes = _modes(parts)
+    # The sign of a mode is free; a positive deflection of the tip makes models comparable.
+    tip = basis.evaluate(np.ones(1)) @ modes[1:, 1:]
+    modes[:, 1:] *= np.where(tip < 0, -1.0, 1.0)
+    mass = parts.mass.T @ parts.mass
+    stiffness = np.zeros((n + 1, n + 1))
+    stiffness[1:, 1:] = parts.stiffness.T @ parts.stiffness
+    # Modal damping D = M U diag(2ζω) UᵀM; its θ row vanishes, since turning the arm
+    # as a rigid body bends nothing, and is set to exactly zero.
+    momenta = (mass @ modes[:, 1:])[1:] * np.sqrt(2 * arm.damping_ratio * omega)
+    damping = np.zeros_like(mass)
+    damping[1:, 1:] = momenta @ momenta.T
+    damping[0, 0] = arm.hub.friction
+    force = np.zeros(n + 1)
+    force[0] = 1.0
+    return Model(arm, basis, mass, damping, stiffness, force, omega, modes, parts.quadrature_error)
+
+
+def _modes(parts: Factors) -> tuple[Array, Array]:
+    """Return ω (n,) and U (n+1, n+1) with UᵀMU = I, the rigid-body mode first.
+
+    With F = QR the first row of R is [√J, Φ̃/√J] and the rest, R₂, the factor of the mass
+    that remains when the rigid rotation is taken out; with S = Q'T the singular values of
+    R₂T⁻¹ are 1/ω.
+    """
+    R = qr(parts.mass, mode="r")[0][: parts.mass.shape[1]]
+    T = qr(parts.stiffness, mode="r")[0][: parts.stiffness.shape[1]]
+    n = T.shape[0]
+    tiny = n * np.finfo(float).eps
+    for factor, matrix in ((R, "mass"), (T, "stiffness")):
+        diagonal = np.abs(np.diag(factor))
+        if not np.all(diagonal > tiny * np.linalg.norm(factor, axis=0)):
+            raise InputError(
+                f"the {matrix} matrix is not positive definite to working precision",
+                where=f"basis of {n} functions",
+                remedy="use fewer functions, or give the arm inertia",
+            )
+    inverse = solve_triangular(T, np.eye(n))
+    _, periods, V = np.linalg.svd(R[1:, 1:] @ inverse)
+    flexible = inverse @ V.T / periods
+    modes = np.zeros((n + 1, n + 1))
+    modes[0, 0] = 1 / abs(R[0, 0])
+    modes[0, 1:] = -(R[0, 1:] @ flexible) / R[0, 0]
+    modes[1:, 1:] = flexible
+    return 1 / periods, modes

@@ -1,0 +1,258 @@
+"""The generalised plant of a disturbance-rejection problem on an arm.
+
+                 ┌───────────────────┐
+    w_torque ───►│                   ├───► z_<output>  = output / largest acceptable value
+    w_<sensor> ─►│         P         ├───► z_torque    = torque / largest acceptable value
+                 │                   │
+    torque ─────►│                   ├───► <sensor>    = measurement + noise
+                 └───────────────────┘
+
+The disturbances w are independent white noises of unit intensity; the controller feeds
+the sensors back to the torque so that the H2 norm from w to z is small.  Its square is
+the stationary mean of Σ z².
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import control
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.errors import InputError, check_positive, shown
+from slewctl.model import Model
+from slewctl.plant.signals import TORQUE, check_signals
+from slewctl.plant.statespace import state_space
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What a controller is asked to do, in physical terms.
+
+    Parameters
+    ----------
+    limits : mapping of str to float
+        Largest acceptable value of outputs and of ``torque`` (Bryson's rule): each enters
+        the cost divided by it.  ``torque`` is required.
+    noise : mapping of str to float
+        Square root of the two-sided spectral density of the torque disturbance
+        (N·m/√Hz) and of each sensor's noise (its unit/√Hz).  The sensors named here are
+        the measurements.
+
+    Raises
+    ------
+    InputError
+        For an unknown signal, a value that is not positive, or when the torque or every
+        sensor is missing.
+    """
+
+    limits: Mapping[str, float]
+    noise: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        for name in ("limits", "noise"):
+            given: Mapping[str, float] = getattr(self, name)
+            if not isinstance(given, Mapping):
+                raise InputError(
+                    f"{shown(given)} is not a mapping",
+                    where=name,
+                    remedy="give one, as in {'tip': 0.1, 'torque': 1.0}",
+                )
+            numbers = {key: check_positive(v, f"{name}.{key}") for key, v in given.items()}
+            if TORQUE not in numbers:
+                raise InputError(
+                    "no value for torque",
+                    where=name,
+                    remedy=f"add {name}.torque: without it the problem has no unique solution",
+                )
+            check_signals([key for key in numbers if key != TORQUE], name)
+            object.__setattr__(self, name, numbers)
+
+    @property
+    def performance(self) -> tuple[str, ...]:
+        """The outputs that are kept small."""
+        return tuple(name for name in self.limits if name != TORQUE)
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """The outputs that are measured."""
+        return tuple(name for name in self.noise if name != TORQUE)
+
+
+@dataclass(frozen=True, eq=False)
+class GeneralisedPlant:
+    """A plant with named disturbances, controls, performance outputs and measurements.
+
+    Attributes
+    ----------
+    system : control.StateSpace
+        Inputs ``w_…`` then ``torque``; outputs ``z_…`` then the sensors.
+    sensors : tuple of str
+    """
+
+    system: control.StateSpace
+    sensors: tuple[str, ...]
+
+    @property
+    def disturbances(self) -> int:
+        """Number of disturbances w."""
+        return int(self.system.ninputs) - 1
+
+    @property
+    def performance(self) -> int:
+        """Number of performance outputs z."""
+        return int(self.system.noutputs) - len(self.sensors)
+
+    @property
+    def A(self) -> Array:
+        """State matrix."""
+        return np.asarray(self.system.A)
+
+    @property
+    def B1(self) -> Array:
+        """Disturbances to states."""
+        return np.asarray(self.system.B[:, :-1])
+
+    @property
+    def B2(self) -> Array:
+        """Torque to states."""
+        return np.asarray(self.system.B[:, -1:])
+
+    @property
+    def C1(self) -> Array:
+        """States to performance outputs."""
+        return np.asarray(self.system.C[: self.performance])
+
+    @property
+    def C2(self) -> Array:
+        """States to measurements."""
+        return np.asarray(self.system.C[self.performance :])
+
+    @property
+    def D12(self) -> Array:
+        """Torque to performance outputs."""
+        return np.asarray(self.system.D[: self.performance, -1:])
+
+    @property
+    def D21(self) -> Array:
+        """Disturbances to measurements."""
+        return np.asarray(self.system.D[self.performance :, :-1])
+
+    @property
+    def control_path(self) -> control.StateSpace:
+        """The plant from the torque to the measurements, as a named system."""
+        return control.StateSpace(
+            self.A,
+            self.B2,
+            self.C2,
+            np.asarray(self.system.D[self.performance :, -1:]),
+            inputs=[TORQUE],
+            outputs=list(self.sensors),
+            states=list(self.system.state_labels),
+            name=f"{self.system.name}_control_path",
+        )
+
+    def close(self, controller: control.StateSpace) -> control.StateSpace:
+        """Return the closed loop from w to z (the lower linear fractional transformation).
+
+        Parameters
+        ----------
+        controller : control.StateSpace
+            From the sensors to the torque, connected with a plus sign.
+
+        Raises
+        ------
+        InputError
+            If the controller takes other signals than the plant's sensors.
+        """
+        if not isinstance(controller, control.StateSpace) or not controller.isctime():
+            raise InputError(
+                f"{shown(controller)} is not a continuous-time StateSpace",
+                where="close",
+                remedy="give one with the plant's sensors as named inputs",
+            )
+        if controller.noutputs != 1:
+            raise InputError(
+                f"the controller has {controller.noutputs} outputs",
+                where="close",
+                remedy="give it one, the torque",
+            )
+        if tuple(controller.input_labels) != self.sensors:
+            raise InputError(
+                f"the controller takes {controller.input_labels} but the plant measures "
+                f"{list(self.sensors)}",
+                where="close",
+                remedy="measure the same signals in the same order",
+            )
+        Ak, Bk, Ck, Dk = (
+            np.asarray(m) for m in (controller.A, controller.B, controller.C, controller.D)
+        )
+        BDk = self.B2 @ Dk
+        DDk = self.D12 @ Dk
+        return control.StateSpace(
+            np.block([[self.A + BDk @ self.C2, self.B2 @ Ck], [Bk @ self.C2, Ak]]),
+            np.vstack([self.B1 + BDk @ self.D21, Bk @ self.D21]),
+            np.hstack([self.C1 + DDk @ self.C2, self.D12 @ Ck]),
+            DDk @ self.D21,
+            inputs=list(self.system.input_labels[:-1]),
+            outputs=list(self.system.output_labels[: self.performance]),
+            name=f"{self.system.name}_closed",
+        )
+
+
+def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
+    """Return the generalised plant of `objective` on `model`, in modal coordinates.
+
+    Parameters
+    ----------
+    model : Model
+    objective : Objective
+
+    Returns
+    -------
+    GeneralisedPlant
+
+    Raises
+    ------
+    InputError
+        If a performance output or sensor responds to the torque without delay (such as
+        ``tip_acceleration``), for which the H2 cost is not finite.
+    """
+    z_names, sensors = objective.performance, objective.sensors
+    plant = state_space(model, _union(z_names, sensors), coordinates="modal")
+    for name, feedthrough in zip(plant.output_labels, plant.D[:, 0], strict=True):
+        if feedthrough != 0:
+            raise InputError(
+                f"{name} responds to the torque without delay",
+                where="objective",
+                remedy="leave it out: white torque noise would make its variance infinite",
+            )
+    rows = {name: plant.C[i] for i, name in enumerate(plant.output_labels)}
+    nz, ny = len(z_names) + 1, len(sensors)
+    states = plant.nstates
+    B = np.hstack([objective.noise[TORQUE] * plant.B, np.zeros((states, ny)), plant.B])
+    C = np.zeros((nz + ny, states))
+    D = np.zeros((nz + ny, ny + 2))
+    for i, name in enumerate(z_names):
+        C[i] = rows[name] / objective.limits[name]
+    D[nz - 1, -1] = 1 / objective.limits[TORQUE]
+    for i, name in enumerate(sensors):
+        C[nz + i] = rows[name]
+        D[nz + i, 1 + i] = objective.noise[name]
+    system = control.StateSpace(
+        plant.A,
+        B,
+        C,
+        D,
+        inputs=["w_torque", *(f"w_{name}" for name in sensors), TORQUE],
+        outputs=[*(f"z_{name}" for name in z_names), "z_torque", *sensors],
+        states=list(plant.state_labels),
+        name=f"{plant.name}_generalised",
+    )
+    return GeneralisedPlant(system, sensors)
+
+
+def _union(first: Sequence[str], second: Sequence[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys([*first, *second]))

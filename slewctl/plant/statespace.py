@@ -1,0 +1,118 @@
+"""The reduced-order model builder: from a `Model` to a named `control.StateSpace` (eq. 43–44)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import control
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.errors import check_choice, check_positive
+from slewctl.model import Model
+from slewctl.plant.signals import SIGNALS, TORQUE, check_signals
+
+Coordinates = Literal["physical", "modal"]
+
+
+@dataclass(frozen=True, eq=False)
+class _SecondOrder:
+    """ẍ = −stiffness·x − damping·ẋ + force·τ in coordinates x with [θ, q] = transform·x."""
+
+    stiffness: Array
+    damping: Array
+    force: Array
+    transform: Array
+    names: tuple[str, ...]
+
+
+def state_space(
+    model: Model,
+    outputs: Sequence[str] | str = ("theta", "theta_dot", "tip"),
+    *,
+    coordinates: Coordinates = "physical",
+    sample_time: float | None = None,
+) -> control.StateSpace:
+    """Return the state-space model of an arm from the torque to named outputs.
+
+    Parameters
+    ----------
+    model : Model
+    outputs : sequence of str, or str
+        Any of ``theta`` (rad), ``theta_dot`` (rad/s), ``tip`` (m, along the arc),
+        ``tip_dot`` (m/s), ``tip_acceleration`` (m/s²), ``tip_deflection`` (m) and
+        ``root_moment`` (N·m).
+    coordinates : {"physical", "modal"}
+        Physical: states θ, q_1 … q_n and their rates; A and B are those of eq. 44, with
+        damping.  Modal: x = Uη, so that A consists of diagonal blocks; this is the
+        better conditioned one.
+    sample_time : float, optional
+        In seconds.  Given, the model is sampled exactly, with a zero-order hold on the
+        torque.
+
+    Returns
+    -------
+    control.StateSpace
+        2(n+1) states, input ``torque`` in N·m.
+
+    Raises
+    ------
+    InputError
+        For an unknown output or coordinates, or a sample time that is not positive.
+    """
+    names = check_signals(outputs, "outputs")
+    system = _second_order(model, coordinates)
+    size = len(system.names)
+    A = np.block([[np.zeros((size, size)), np.eye(size)], [-system.stiffness, -system.damping]])
+    B = np.concatenate([np.zeros(size), system.force])[:, None]
+    C = np.zeros((len(names), 2 * size))
+    D = np.zeros((len(names), 1))
+    for i, name in enumerate(names):
+        C[i], D[i] = _output_row(model, system, name)
+    continuous = control.StateSpace(
+        A,
+        B,
+        C,
+        D,
+        inputs=[TORQUE],
+        outputs=list(names),
+        states=[*system.names, *(f"{name}_dot" for name in system.names)],
+        name=f"{model.basis.name}_{model.n}".replace(" ", "_").replace("-", "_"),
+    )
+    if sample_time is None:
+        return continuous
+    step = check_positive(sample_time, "sample_time")
+    return continuous.sample(step, method="zoh", name=f"{continuous.name}_sampled")
+
+
+def _second_order(model: Model, coordinates: Coordinates) -> _SecondOrder:
+    check_choice(coordinates, ("physical", "modal"), "coordinates")
+    U = model.mode_shapes
+    if coordinates == "modal":
+        names = ("rigid", *(f"mode{i}" for i in range(1, model.n + 1)))
+        squared = np.concatenate([[0.0], model.omega**2])
+        return _SecondOrder(np.diag(squared), U.T @ model.damping @ U, U.T @ model.input, U, names)
+    # M⁻¹ = UUᵀ: the modes are known to full accuracy, so M need not be factorised again.
+    names = ("theta", *(f"q{i}" for i in range(1, model.n + 1)))
+    return _SecondOrder(
+        U @ (U.T @ model.stiffness),
+        U @ (U.T @ model.damping),
+        U @ (U.T @ model.input),
+        np.eye(model.n + 1),
+        names,
+    )
+
+
+def _output_row(model: Model, system: _SecondOrder, name: str) -> tuple[Array, float]:
+    """Return the row of C and the entry of D that belong to output `name`."""
+    signal = SIGNALS[name]
+    row = signal.row(model) @ system.transform
+    nothing = np.zeros_like(row)
+    if signal.of == "displacement":
+        return np.concatenate([row, nothing]), 0.0
+    if signal.of == "rate":
+        return np.concatenate([nothing, row]), 0.0
+    accelerations = -np.concatenate([row @ system.stiffness, row @ system.damping])
+    return accelerations, float(row @ system.force)

@@ -1,0 +1,6 @@
+"""Reports: HTML with vector figures, JSON and CSV.  It formats and never computes."""
+
+from slewctl.report.comparison import write_comparison
+from slewctl.report.paper import write_paper
+
+__all__ = ["write_comparison", "write_paper"]

@@ -1,0 +1,195 @@
+"""The comparison report: a page, and its numbers as JSON and CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from slewctl.compare import CaseResult, Comparison, Evaluation
+from slewctl.report.comparison_figures import (
+    bode_figure,
+    nichols_figure,
+    poles_figure,
+    shapes_figure,
+    slew_figure,
+)
+from slewctl.report.export import csv_text, json_text, to_plain, write_files
+from slewctl.report.page import render, versions
+
+
+def write_comparison(comparison: Comparison, folder: Path) -> Path:
+    """Write the report of a comparison and return the path of its page.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    folder : Path
+        Gets ``index.html``, ``results.json`` and the CSV tables ``designs``, ``poles``,
+        ``loops``, ``slews``, ``shapes`` and ``truths``.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written; nothing is left half-written.
+    """
+    page = render("comparison.html", cases=[_section(case) for case in comparison.cases])
+    results = {"versions": versions(), "cases": comparison.cases}
+    files = {
+        "index.html": page,
+        "results.json": json_text(results),
+        "truths.csv": csv_text(_truth_rows(comparison)),
+        "designs.csv": csv_text(_design_rows(comparison)),
+        "poles.csv": csv_text(_pole_rows(comparison)),
+        "loops.csv": csv_text(_loop_rows(comparison)),
+        "slews.csv": csv_text(_slew_rows(comparison)),
+        "shapes.csv": csv_text(_shape_rows(comparison)),
+    }
+    write_files(folder, files)
+    return folder / "index.html"
+
+
+def _section(result: CaseResult) -> dict[str, Any]:
+    """Return what the template shows of one case."""
+    name = result.case.name
+    anchor = "".join(c if c.isalnum() else "-" for c in name)
+    return {
+        "result": result,
+        "anchor": anchor,
+        "case": result.case,
+        "truth": result.truth,
+        "chosen": result.chosen,
+        "bases": [(basis, _row(result, basis)) for basis in _bases(result)],
+        "orders": sorted({e.n for e in result.evaluations}),
+        "unstable": [e for e in result.evaluations if not e.stable],
+        "inputs": _inputs(result),
+        "figures": [
+            (shapes_figure(result, f"{anchor}-shapes"), SHAPES),
+            (poles_figure(result, f"{anchor}-poles"), POLES),
+            (bode_figure(result, f"{anchor}-bode"), BODE),
+            (nichols_figure(result, f"{anchor}-nichols"), NICHOLS),
+            (slew_figure(result, f"{anchor}-slew"), SLEW),
+        ],
+    }
+
+
+SHAPES = (
+    "Arc displacement of the design model's modes (lines) over those of the truth (grey). "
+    "Where a line leaves the grey band the design sees a mode that the arm does not have."
+)
+POLES = (
+    "Closed-loop poles on the truth. Every pole must decay: the shaded ground and the stars "
+    "mark poles that grow. The row of poles on the right is the arm's own damping of modes "
+    "that the controller does not know."
+)
+BODE = (
+    "Return ratio L = −K(s)G(s) on the truth, drawn densely at every resonance. Each peak "
+    "above 0 dB must arrive with a safe phase."
+)
+NICHOLS = (
+    "The same return ratio as a Nichols plot. The red cross is the critical point; the loops "
+    "are the resonances, and how they pass the cross decides stability."
+)
+SLEW = (
+    "The slew on the truth: tip position, its error against the rigid arm, and torque. "
+    "Unstable loops are left out."
+)
+
+
+def _bases(result: CaseResult) -> list[str]:
+    return list(dict.fromkeys(e.basis for e in result.evaluations))
+
+
+def _row(result: CaseResult, basis: str) -> dict[int, Evaluation]:
+    return {e.n: e for e in result.evaluations if e.basis == basis}
+
+
+def _inputs(result: CaseResult) -> str:
+    case = to_plain(result.case)
+    return json_text({key: item for key, item in case.items() if key not in ("name", "title")})
+
+
+def _each(comparison: Comparison) -> Iterator[tuple[CaseResult, Evaluation]]:
+    for case in comparison.cases:
+        for evaluation in case.evaluations:
+            yield case, evaluation
+
+
+def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
+    for case, e in _each(comparison):
+        margins, slew = e.margins, e.slew
+        yield {
+            "case": case.case.name,
+            "basis": e.basis,
+            "n": e.n,
+            "chosen": e is case.chosen,
+            "verified": e.verified,
+            "stable": e.stable,
+            "unstable_hz": e.unstable_hz[0] if e.unstable_hz else None,
+            "worst_frequency_error": e.worst_frequency_error,
+            "gain_margin_db": margins.gain_db.value if margins else None,
+            "gain_margin_at_hz": margins.gain_db.frequency_hz if margins else None,
+            "gain_reduction_db": margins.gain_reduction_db.value if margins else None,
+            "gain_reduction_at_hz": margins.gain_reduction_db.frequency_hz if margins else None,
+            "phase_margin_deg": margins.phase_deg.value if margins else None,
+            "phase_margin_at_hz": margins.phase_deg.frequency_hz if margins else None,
+            "delay_margin_s": margins.delay_s.value if margins else None,
+            "delay_margin_at_hz": margins.delay_s.frequency_hz if margins else None,
+            "damping_ratio_min": e.damping_ratio.value,
+            "damping_ratio_at_hz": e.damping_ratio.frequency_hz,
+            "decay_rate_min": e.decay_rate.value,
+            "expected_cost": e.expected_cost,
+            "cost": e.cost,
+            "optimal_cost": case.truth.optimal_cost,
+            "loss": e.loss,
+            "settling_time_s": slew.settling_time_s if slew else None,
+            "residual_m": slew.residual_m if slew else None,
+            "peak_torque": slew.peak_torque if slew else None,
+        }
+
+
+def _truth_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
+    for case in comparison.cases:
+        for mode, frequency in enumerate(case.truth.frequencies_hz, start=1):
+            yield {"case": case.case.name, "mode": mode, "frequency_hz": frequency}
+
+
+def _pole_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
+    for case, e in _each(comparison):
+        for pole in e.poles:
+            yield {
+                "case": case.case.name, "basis": e.basis, "n": e.n,
+                "real": pole.real, "imag": pole.imag,
+            }  # fmt: skip
+
+
+def _loop_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
+    for case in comparison.cases:
+        for curve in case.curves:
+            columns = (curve.frequency_hz, curve.gain_db, curve.phase_deg)
+            for f, gain, phase in zip(*(to_plain(c) for c in columns), strict=True):
+                yield {
+                    "case": case.case.name, "basis": curve.basis, "n": curve.n,
+                    "frequency_hz": f, "gain_db": gain, "phase_deg": phase,
+                }  # fmt: skip
+
+
+def _slew_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
+    names = ("t", "theta", "tip", "tip_deflection", "torque", "tip_reference")
+    for case in comparison.cases:
+        for curves in case.curves:
+            columns = [to_plain(getattr(curves.slew, name)) for name in names if curves.slew]
+            row = {"case": case.case.name, "basis": curves.basis, "n": curves.n}
+            for values in zip(*columns, strict=True):
+                yield row | dict(zip(names, values, strict=True))
+
+
+def _shape_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
+    for case in comparison.cases:
+        for source in case.shapes:
+            for mode, shape in enumerate(source.shapes, start=1):
+                for x, value in zip(to_plain(source.x), to_plain(shape), strict=True):
+                    yield {
+                        "case": case.case.name, "source": source.source, "mode": mode,
+                        "x": x, "displacement": value,
+                    }  # fmt: skip

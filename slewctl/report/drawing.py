@@ -1,0 +1,103 @@
+"""Vector figures for a page: deterministic SVG that follows the page's colours."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+# Okabe and Ito's palette, distinguishable with every kind of colour vision.
+COLOURS = {
+    "clamped-free": "#0072B2",
+    "slewing": "#D55E00",
+    "polynomial": "#009E73",
+    "truth": "#7f7f7f",
+}
+SPARE_COLOURS = ("#CC79A7", "#E69F00", "#56B4E9", "#009E73")
+STYLES = {"clamped-free": "--", "slewing": "-", "polynomial": "-.", "truth": "-"}
+ALARM = "#CC3311"
+
+# Drawn in these, then replaced by the page's own text colour, so that a figure is
+# readable on light and dark ground.
+_INK = "#010203"
+_FAINT = "#010204"
+
+_SETTINGS: Any = {
+    "svg.hashsalt": "slewctl",
+    "svg.fonttype": "none",
+    "font.family": "sans-serif",
+    "font.size": 10.0,
+    "text.color": _INK,
+    "axes.edgecolor": _INK,
+    "axes.labelcolor": _INK,
+    "axes.titlecolor": _INK,
+    "axes.titlesize": 10.0,
+    "xtick.color": _INK,
+    "ytick.color": _INK,
+    "axes.grid": True,
+    "grid.color": _FAINT,
+    "grid.alpha": 0.18,
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.facecolor": "none",
+    "figure.facecolor": "none",
+    "savefig.facecolor": "none",
+    "axes.unicode_minus": True,
+}
+INK = _INK
+
+
+def figure(
+    rows: int = 1, columns: int = 1, size: tuple[float, float] = (7.2, 3.2), sharex: bool = False
+) -> tuple[Figure, Sequence[Axes]]:
+    """Return an empty figure and its axes, row by row."""
+    with mpl.rc_context(_SETTINGS):
+        fig = Figure(figsize=size, layout="constrained")
+        FigureCanvasSVG(fig)
+        grid = fig.subplots(rows, columns, squeeze=False, sharex=sharex)
+    return fig, list(grid.ravel())
+
+
+def svg(fig: Figure, name: str, description: str) -> str:
+    """Return the figure as an ``<svg>`` element.
+
+    Parameters
+    ----------
+    fig : Figure
+    name : str
+        Unique on the page; it prefixes the identifiers inside.
+    description : str
+        For readers who don't see the picture.
+    """
+    out = io.StringIO()
+    with mpl.rc_context(_SETTINGS):
+        fig.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.S)
+    text = re.sub(r'\bid="', f'id="{name}-', text)
+    text = re.sub(r"url\(#", f"url(#{name}-", text)
+    text = re.sub(r'href="#', f'href="#{name}-', text)
+    text = text.replace(_INK, "currentColor").replace(_FAINT, "currentColor")
+    # Two decimals of a point are finer than any screen.
+    text = re.sub(r"(\d+\.\d{2})\d+", r"\1", text)
+    label = description.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
+
+
+def legend(ax: Axes, **placing: Any) -> None:
+    """Draw a small legend without a box, which would hide the page's ground."""
+    ax.legend(fontsize=8, frameon=False, labelcolor=_INK, **placing)
+
+
+def style(source: str, position: int = 0) -> dict[str, Any]:
+    """Return colour and line style of a basis or the truth."""
+    spare = SPARE_COLOURS[position % len(SPARE_COLOURS)]
+    return {"color": COLOURS.get(source, spare), "linestyle": STYLES.get(source, ":")}

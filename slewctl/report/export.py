@@ -1,0 +1,116 @@
+"""Results as JSON and CSV, and files that are never half-written."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slewctl.errors import InputError
+
+# Long arrays are curves: seven digits draw them, and keep the files small.
+_CURVE_LENGTH = 50
+_CURVE_DIGITS = 7
+
+
+def to_plain(value: Any) -> Any:
+    """Return `value` as JSON knows it.
+
+    Dataclasses become objects, arrays lists, complex numbers ``[re, im]`` and infinities
+    the strings "inf" and "-inf"; arrays longer than fifty keep seven digits.
+    """
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: to_plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): to_plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain_array(value)
+    if isinstance(value, list | tuple):
+        return [to_plain(item) for item in value]
+    if isinstance(value, complex | np.complexfloating):
+        return [to_plain(value.real), to_plain(value.imag)]
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else str(float(value))
+    if callable(value):
+        return f"function {getattr(value, '__name__', 'unnamed')}"
+    return value if value is None or isinstance(value, str | Enum) else str(value)
+
+
+def _plain_array(array: np.ndarray[Any, Any]) -> Any:
+    if array.ndim > 1:
+        return [_plain_array(row) for row in array]
+    items = [to_plain(item) for item in array.tolist()]
+    if len(items) <= _CURVE_LENGTH:
+        return items
+    return [_rounded(item) for item in items]
+
+
+def _rounded(item: Any) -> Any:
+    if isinstance(item, list):
+        return [_rounded(part) for part in item]
+    return float(f"{item:.{_CURVE_DIGITS - 1}e}") if isinstance(item, float) else item
+
+
+def json_text(value: Any) -> str:
+    """Return `value` as JSON text; see `to_plain`."""
+    return _indented(to_plain(value)) + "\n"
+
+
+def _indented(value: Any, margin: str = "") -> str:
+    """Return JSON with an object's keys, and lists of objects, on lines of their own."""
+    inner = margin + " "
+    if isinstance(value, dict) and value:
+        items = [f"{json.dumps(key)}: {_indented(item, inner)}" for key, item in value.items()]
+        return "{\n" + ",\n".join(inner + item for item in items) + f"\n{margin}}}"
+    if isinstance(value, list) and any(isinstance(item, dict) for item in value):
+        items = [_indented(item, inner) for item in value]
+        return "[\n" + ",\n".join(inner + item for item in items) + f"\n{margin}]"
+    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+
+
+def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
+    """Return rows, all with the same keys, as CSV text with a header."""
+    listed = [{key: to_plain(item) for key, item in row.items()} for row in rows]
+    out = io.StringIO()
+    if listed:
+        writer = csv.DictWriter(out, fieldnames=list(listed[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(listed)
+    return out.getvalue()
+
+
+def write_files(folder: Path, files: Mapping[str, str]) -> None:
+    """Write all files or none: each beside its place first, then renamed.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made or written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".writing-") as beside:
+            for name, text in files.items():
+                (Path(beside) / name).write_text(text, encoding="utf-8")
+            for name in files:
+                os.replace(Path(beside) / name, folder / name)
+    except OSError as error:
+        raise InputError(
+            f"cannot be written: {error.strerror}",
+            where=str(folder),
+            remedy="name a folder that you may write to",
+        ) from error

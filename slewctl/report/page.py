@@ -1,0 +1,62 @@
+"""Pages from templates: one self-contained HTML file, nothing fetched from a network."""
+
+from __future__ import annotations
+
+import math
+from importlib.metadata import version
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup
+
+_PACKAGES = ("slewctl", "numpy", "scipy", "control", "matplotlib")
+
+
+def render(template: str, **values: Any) -> str:
+    """Return the page that `template` makes of `values`."""
+    environment = Environment(
+        loader=PackageLoader("slewctl.report", "templates"),
+        autoescape=select_autoescape(),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(
+        zip=zip, number=number, percent=percent, hertz=hertz, tiny=tiny, svg=Markup
+    )
+    return environment.get_template(template).render(versions=versions(), **values)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the packages that the numbers depend on."""
+    return {name: version(name) for name in _PACKAGES}
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """Return a number for a table: a dash for none, ∞ for infinity."""
+    if value is None or math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    return f"{value:.{digits}g}".replace("-", "−")
+
+
+def percent(value: float | None, digits: int = 2) -> str:
+    """Return a fraction in per cent, with a dash for none."""
+    if value is None or not math.isfinite(value):
+        return number(value)
+    size = abs(100 * value)
+    if 0 < size < 10.0**-digits:
+        return f"< {10.0**-digits:g} %"
+    text = f"{100 * value:,.{digits if size < 10 else 1 if size < 1000 else 0}f} %"
+    return text.replace("-", "−")
+
+
+def hertz(value: float | None) -> str:
+    """Return a frequency with its unit."""
+    return "–" if value is None else f"{number(value)} Hz"
+
+
+def tiny(value: float | None) -> str:
+    """Return an error or residual as a power of ten."""
+    return "–" if value is None else f"{value:.1e}".replace("-", "−")

@@ -1,0 +1,45 @@
+"""The report on the paper: its numbers beside computed ones, and what must be corrected."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from slewctl.paper import PaperReproduction
+from slewctl.report.export import json_text, write_files
+from slewctl.report.page import render, versions
+from slewctl.report.paper_figures import (
+    functions_figure,
+    hub_figure,
+    integrator_figure,
+    modes_figure,
+    tip_figure,
+)
+
+
+def write_paper(reproduction: PaperReproduction, folder: Path) -> Path:
+    """Write the report of a reproduction and return the path of its page.
+
+    Parameters
+    ----------
+    reproduction : PaperReproduction
+    folder : Path
+        Gets ``index.html`` and ``results.json``, which holds every number.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written; nothing is left half-written.
+    """
+    findings = reproduction.findings
+    page = render(
+        "paper.html",
+        p=reproduction,
+        functions=[functions_figure(f) for f in reproduction.figures.functions],
+        modes=modes_figure(reproduction.figures),
+        tip=tip_figure(reproduction.figures),
+        integrators=integrator_figure(findings.integrators),
+        hub=hub_figure(findings.hub),
+    )
+    results = {"versions": versions(), "reproduction": reproduction}
+    write_files(folder, {"index.html": page, "results.json": json_text(results)})
+    return folder / "index.html"

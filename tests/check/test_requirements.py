@@ -1,0 +1,105 @@
+"""Verdicts: what passes, what fails, and that neither NaN nor an unstable loop ever passes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from slewctl import Hub, InputError, Objective, Slew, arms
+from slewctl.check import REQUIREMENTS, judge
+from slewctl.compare import Case, Evaluation, evaluate
+from slewctl.loop import Crossing
+
+OBJECTIVE = Objective(
+    {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
+)
+
+
+def design(hub_inertia: float, basis: str) -> Evaluation:
+    arm = replace(arms.paper_beam(), hub=Hub(hub_inertia), damping_ratio=0.005)
+    return evaluate(Case("x", arm, OBJECTIVE, basis=basis, n=2, slew=Slew(30.0, 2.0)))
+
+
+@pytest.fixture(scope="module")
+def good() -> Evaluation:
+    return design(0.1944, "clamped-free")
+
+
+@pytest.fixture(scope="module")
+def unstable() -> Evaluation:
+    return design(0.0, "clamped-free")
+
+
+@pytest.mark.parametrize("name", [name for name in REQUIREMENTS if name != "stable"])
+def test_verdict_turns_at_the_measured_value(good: Evaluation, name: str) -> None:
+    value = REQUIREMENTS[name].read(good)[0]
+    assert math.isfinite(value)
+    step = 1e-9 * abs(value)
+    sign = 1 if REQUIREMENTS[name].sense == "at least" else -1
+    assert judge(good, {name: value - sign * step})[-1].passed
+    assert not judge(good, {name: value + sign * step})[-1].passed
+
+
+def test_unstable_loop_passes_nothing(unstable: Evaluation) -> None:
+    easy = {name: -1e9 if r.sense == "at least" else 1e9 for name, r in REQUIREMENTS.items()}
+    verdicts = judge(unstable, {**easy, "stable": True})
+    assert len(verdicts) == len(REQUIREMENTS)
+    for verdict in verdicts:
+        assert not verdict.passed
+        assert verdict.frequency_hz == unstable.unstable_hz[0]
+        assert "unstable at" in verdict.note
+
+
+def test_stability_is_judged_even_when_not_asked(unstable: Evaluation) -> None:
+    assert not judge(unstable, {})[0].passed
+
+
+def test_nan_never_passes(good: Evaluation) -> None:
+    assert good.margins is not None
+    margins = replace(good.margins, phase_deg=Crossing(math.nan, None))
+    broken = replace(good, margins=margins, loss=math.nan)
+    verdicts = judge(broken, {"phase_margin_deg": -1e9, "h2_loss_max": 1e9})
+    assert [v.passed for v in verdicts] == [True, False, False]
+
+
+def test_unverified_design_never_passes(good: Evaluation) -> None:
+    verdicts = judge(replace(good, verified=False), {"gain_margin_db": 0.0})
+    assert not any(v.passed for v in verdicts)
+    assert "not verified" in verdicts[0].note
+
+
+def test_gain_margin_is_the_smaller_of_rise_and_fall(good: Evaluation) -> None:
+    assert good.margins is not None
+    margins = replace(
+        good.margins, gain_db=Crossing(9.0, 1.0), gain_reduction_db=Crossing(4.0, 2.0)
+    )
+    verdict = judge(replace(good, margins=margins), {"gain_margin_db": 6.0})[-1]
+    assert (verdict.value, verdict.frequency_hz, verdict.passed) == (4.0, 2.0, False)
+
+
+def test_infinite_margin_is_explained(good: Evaluation) -> None:
+    assert good.margins is not None
+    margins = replace(good.margins, delay_s=Crossing(math.inf, None))
+    verdict = judge(replace(good, margins=margins), {"delay_margin_s": 1.0})[-1]
+    assert verdict.passed
+    assert "no such crossing" in verdict.note
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ({"gain_margin": 6.0}, "did you mean 'gain_margin_db'"),
+        ({"phase_margin_deg": math.nan}, "not a finite number"),
+        ({"stable": False}, "leave it out"),
+        ({"gain_margin_db": True}, "not a finite number"),
+    ],
+)
+def test_impossible_requirements_are_refused(
+    good: Evaluation, limits: dict[str, float | bool], words: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        judge(good, limits)
+    assert words in str(caught.value)
+    assert "requirements" in str(caught.value)

@@ -1,0 +1,137 @@
+"""The command line as a user meets it: output, exit status, and one line for a mistake."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FAST = """
+[arm]
+catalogue = "paper-beam"
+damping_ratio = 0.01
+hub = { inertia = 0.2 }
+[model]
+basis = "clamped-free"
+n = 2
+[controller]
+method = "lqg"
+limits = { tip = 0.03, torque = 1.0 }
+noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+[slew]
+angle_deg = 30
+duration_s = 2
+[truth]
+modes = 6
+[compare]
+orders = [1, 2]
+[requirements]
+gain_margin_db = 6
+"""
+
+
+def slewctl(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "slewctl", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture
+def design(tmp_path: Path) -> Path:
+    path = tmp_path / "fast.toml"
+    path.write_text(FAST, encoding="utf-8")
+    return path
+
+
+def test_check_says_ok_and_exits_with_zero(design: Path) -> None:
+    done = slewctl("check", design)
+    assert done.returncode == 0, done.stderr
+    assert "all requirements hold" in done.stdout
+    assert "gain_margin_db" in done.stdout
+    assert done.stderr == ""  # quiet in a pipe
+
+
+def test_check_fails_with_one(design: Path) -> None:
+    design.write_text(FAST.replace("gain_margin_db = 6", "gain_margin_db = 60"))
+    done = slewctl("check", design)
+    assert done.returncode == 1
+    assert "FAIL" in done.stdout
+
+
+def test_check_names_an_unstable_loop(design: Path) -> None:
+    # An aggressive controller on two cantilever modes of a beam without a hub.
+    design.write_text(FAST.replace("inertia = 0.2", "inertia = 0.0"))
+    done = slewctl("check", design)
+    assert done.returncode == 1
+    assert "unstable at" in done.stdout
+    assert "Hz" in done.stdout
+
+
+MISTAKES = [
+    (["check", "nothing.toml"], "no such file or folder"),
+    (["modes", "paper-bean"], "did you mean 'paper-beam'"),
+    (["modes", "nothing.toml"], "cannot be read"),
+    (["compare"], "Missing argument"),
+    (["chek"], "No such command"),
+    (["modes", "paper-beam", "-n", "0"], "Invalid value"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "words"), MISTAKES, ids=[w for _, w in MISTAKES])
+def test_mistakes_exit_with_two_and_say_why(arguments: list[str], words: str) -> None:
+    done = slewctl(*arguments)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+
+
+def test_a_wrong_file_leaves_no_report(design: Path, tmp_path: Path) -> None:
+    design.write_text(FAST.replace("n = 2", "n = -2"))
+    done = slewctl("compare", design, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert f"{design}: model.n: -2" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_impossible_design_is_explained(design: Path) -> None:
+    design.write_text(FAST.replace("tip = 0.03", "tip_deflection = 0.03"))
+    done = slewctl("check", design)
+    assert done.returncode == 2
+    assert "the rigid-body rotation is not penalised" in done.stderr
+    assert str(design) in done.stderr
+
+
+def test_compare_writes_everything(design: Path, tmp_path: Path) -> None:
+    out = tmp_path / "a" / "b"
+    done = slewctl("compare", design, "--out", out)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    tables = {"truths", "designs", "poles", "loops", "slews", "shapes"}
+    assert {p.name for p in out.iterdir()} == {
+        "index.html", "results.json", *(f"{t}.csv" for t in tables)
+    }  # fmt: skip
+    results = json.loads((out / "results.json").read_text())
+    with (out / "designs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(results["cases"][0]["evaluations"]) == 4
+    assert {(r["basis"], r["n"]) for r in rows if r["chosen"] == "True"} == {("clamped-free", "2")}
+    for row, evaluation in zip(rows, results["cases"][0]["evaluations"], strict=True):
+        assert float(row["cost"]) == evaluation["cost"]
+
+
+def test_modes_prints_each_basis_and_the_truth() -> None:
+    done = slewctl("modes", "paper-beam", "-n", "5", "-m", "2")
+    assert done.returncode == 0
+    for printed in ("3.854694", "2.927607", "8.760392", "2.927294", "8.760107"):
+        assert printed in done.stdout
+    assert "converged to" in done.stdout
+
+
+def test_modes_takes_a_design_file(design: Path) -> None:
+    assert "truth" in slewctl("modes", design, "-n", "2").stdout

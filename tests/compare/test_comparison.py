@@ -1,0 +1,112 @@
+"""Designs judged on the truth: what the comparison says must follow from the loops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slewctl import Hub, InputError, Objective, Slew, arms
+from slewctl.compare import Case, CaseResult, compare, count_designs, evaluate
+
+OBJECTIVE = Objective(
+    {"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "theta": 1e-3, "theta_dot": 1e-2}
+)
+
+
+def case_with_hub(inertia: float, **changes: object) -> Case:
+    arm = replace(arms.paper_beam(), hub=Hub(inertia), damping_ratio=0.005)
+    return Case("case", arm, OBJECTIVE, slew=Slew(30.0, 2.0), **changes)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def heavy_hub() -> CaseResult:
+    return compare([case_with_hub(0.1944)]).cases[0]
+
+
+@pytest.fixture(scope="module")
+def no_hub() -> CaseResult:
+    return compare([case_with_hub(0.0)]).cases[0]
+
+
+def test_no_design_beats_the_optimum(heavy_hub: CaseResult, no_hub: CaseResult) -> None:
+    for result in (heavy_hub, no_hub):
+        for evaluation in result.evaluations:
+            if evaluation.loss is not None:
+                assert evaluation.loss > -1e-7  # rounding of two Riccati costs
+
+
+def test_losses_shrink_with_order_where_the_basis_converges(heavy_hub: CaseResult) -> None:
+    for basis in ("clamped-free", "slewing"):
+        losses = [e.loss for e in heavy_hub.evaluations if e.basis == basis]
+        assert None not in losses
+        assert np.all(np.diff(np.array(losses, dtype=float)) < 1e-7)
+
+
+def test_ranking_turns_round_with_the_hub(heavy_hub: CaseResult, no_hub: CaseResult) -> None:
+    """Section 5 of the physics: each basis wins on its own side of the hub's inertia."""
+    loss = {(e.basis, e.n): e.loss for e in heavy_hub.evaluations}
+    second = loss["clamped-free", 2]
+    assert second is not None
+    assert second < 0.03
+    slewing = loss["slewing", 2]
+    assert slewing is not None
+    assert 0.08 < slewing < 0.20
+    unstable = {e.basis for e in no_hub.evaluations if not e.stable}
+    assert unstable == {"clamped-free"}
+
+
+def test_unstable_designs_have_a_frequency_and_nothing_else(no_hub: CaseResult) -> None:
+    unstable = [e for e in no_hub.evaluations if not e.stable]
+    assert unstable
+    for e in unstable:
+        assert e.poles.real.max() > 0
+        growing = e.poles[e.poles.real.argmax()]
+        assert e.unstable_hz[0] == pytest.approx(abs(growing) / (2 * np.pi))
+        assert (e.margins, e.cost, e.loss, e.slew) == (None, None, None, None)
+
+
+def test_singular_plant_is_reported_as_moving(heavy_hub: CaseResult, no_hub: CaseResult) -> None:
+    """Without a hub the optimum rises with the modes kept; with one it has converged."""
+    assert abs(heavy_hub.truth.optimum_drift) < 1e-8
+    assert abs(no_hub.truth.optimum_drift) > 1e-4
+
+
+def test_chosen_design_is_among_the_evaluations() -> None:
+    case = case_with_hub(0.1944, basis="polynomial", n=3, orders=(1,))
+    assert case.candidates == (("clamped-free", 1), ("slewing", 1), ("polynomial", 3))
+    result = compare([case]).cases[0]
+    assert result.chosen is result.evaluations[-1]
+    assert [shape.source for shape in result.shapes] == ["truth", "polynomial"]
+    alone = evaluate(case)
+    assert alone.loss == result.chosen.loss
+
+
+def test_progress_is_told_before_each_design() -> None:
+    case, told = case_with_hub(0.1944, orders=(1, 2)), []
+    compare([case], told.append)
+    assert len(told) == count_designs([case]) == 4
+
+
+def test_costs_are_confirmed_twice(heavy_hub: CaseResult) -> None:
+    for e in heavy_hub.evaluations:
+        assert e.verified, e.certificate
+        assert e.cost_discrepancy is not None
+        assert e.cost_discrepancy < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"basis": "slewng"}, "did you mean 'slewing'"),
+        ({"method": "lqq"}, "did you mean 'lqg'"),
+        ({"n": 0}, "whole number >= 1"),
+        ({"bases": ("nothing",)}, "compare.bases"),
+        ({"truth_modes": 4}, "cannot judge a model of 5 functions"),
+    ],
+)
+def test_impossible_cases_are_refused(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError, match=r"model|controller|compare|truth") as caught:
+        case_with_hub(0.0, **changes)
+    assert words in str(caught.value)

@@ -1,0 +1,19 @@
+"""Fixtures that several test rooms share; its presence makes `strategies` importable."""
+
+from __future__ import annotations
+
+import pytest
+
+from slewctl import Arm, Beam, Hub, Payload
+
+
+@pytest.fixture(scope="session")
+def full_arm() -> Arm:
+    """A tapered arm that has everything: hub, radius, friction, payload and damping."""
+    return Arm(
+        Beam(1.3, (2.0, -0.9), (40.0, 0.0, -25.0)),
+        Hub(inertia=0.7, radius=0.12, friction=0.3),
+        Payload(mass=0.4, inertia=0.02),
+        damping_ratio=0.01,
+        name="full arm",
+    )

@@ -1,0 +1,70 @@
+"""JSON and CSV of results, and files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slewctl.errors import InputError
+from slewctl.report.export import csv_text, json_text, to_plain, write_files
+
+
+@dataclass(frozen=True)
+class Inner:
+    pole: complex
+    values: np.ndarray
+
+
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
+    max_leaves=12,
+)  # fmt: skip
+
+
+@given(PLAIN)
+def test_plain_values_survive_the_round_trip(value: object) -> None:
+    assert json.loads(json_text(value)) == value
+
+
+def test_numbers_arrays_and_dataclasses() -> None:
+    plain = to_plain({"a": Inner(1 - 2j, np.array([1.0, math.inf])), "b": np.float64(-math.inf)})
+    assert plain == {"a": {"pole": [1.0, -2.0], "values": [1.0, "inf"]}, "b": "-inf"}
+
+
+def test_long_curves_keep_seven_digits_and_short_ones_all() -> None:
+    curve = np.linspace(1.0, 2.0, 101) / 3
+    kept = np.array(to_plain(curve))
+    assert np.abs(kept / curve - 1).max() <= 5.1e-7
+    assert to_plain(curve[:50]) == curve[:50].tolist()
+
+
+def test_csv_reads_back() -> None:
+    text = csv_text([{"name": "a,b", "x": 0.1}, {"name": "c", "x": None}])
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert rows == [{"name": "a,b", "x": "0.1"}, {"name": "c", "x": ""}]
+    assert csv_text([]) == ""
+
+
+def test_nothing_is_half_written(tmp_path: Path) -> None:
+    write_files(tmp_path / "out", {"a.txt": "old"})
+    broken = {"a.txt": "new", "b/missing.txt": "no such folder"}
+    with pytest.raises(InputError, match="cannot be written"):
+        write_files(tmp_path / "out", broken)
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["a.txt"]
+    assert (tmp_path / "out" / "a.txt").read_text() == "old"
+
+
+def test_a_file_in_the_way_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="file"):
+        write_files(tmp_path / "file" / "out", {"a": "b"})

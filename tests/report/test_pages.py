@@ -1,0 +1,105 @@
+"""The pages: self-contained, well-formed, the same bytes every time, every picture in them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from slewctl.compare import compare
+from slewctl.files import read_design
+from slewctl.paper import reproduce
+from slewctl.report import write_comparison, write_paper
+from slewctl.report.page import number, percent
+
+DESIGNS = Path(__file__).parents[2] / "designs"
+VOID = {"meta", "link", "br", "img", "hr"}
+
+
+class Page(HTMLParser):
+    """Collects what a page refers to, and checks that its elements close."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: Counter[str] = Counter()
+        self.addresses: list[str] = []
+        self.pictures = 0
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in VOID:
+            self.open.append(tag)
+        self.pictures += tag == "svg"
+        for name, value in attrs:
+            if name == "id":
+                self.ids[value or ""] += 1
+            if name in ("src", "href", "xlink:href"):
+                self.addresses.append(value or "")
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("reports")
+    cases = [read_design(path).case for path in sorted(DESIGNS.glob("*.toml"))[:2]]
+    comparison = compare(cases)
+    reproduction = reproduce()
+    for name in ("first", "second"):
+        write_comparison(comparison, folder / f"comparison-{name}")
+        write_paper(reproduction, folder / f"paper-{name}")
+    return {p.parent.name: p for p in folder.glob("*/index.html")}
+
+
+@pytest.mark.parametrize(("name", "pictures"), [("comparison-first", 10), ("paper-first", 6)])
+def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pictures: int) -> None:
+    text = pages[name].read_text(encoding="utf-8")
+    page = Page(text)
+    assert page.open == []
+    assert page.pictures == pictures
+    assert [i for i, count in page.ids.items() if count > 1] == []
+    for address in page.addresses:
+        assert address.startswith(("#", "data:")), address
+        if address.startswith("#"):
+            assert address[1:] in page.ids
+    for reference in re.findall(r"url\(#([^)]+)\)", text):
+        assert reference in page.ids
+    assert not re.search(r"\bnan\b", text, flags=re.I)
+
+
+@pytest.mark.parametrize("kind", ["comparison", "paper"])
+def test_reports_are_the_same_bytes_every_time(pages: dict[str, Path], kind: str) -> None:
+    first, second = pages[f"{kind}-first"].parent, pages[f"{kind}-second"].parent
+    for path in first.iterdir():
+        assert path.read_bytes() == (second / path.name).read_bytes()
+
+
+def test_unstable_designs_are_named_with_their_frequency(pages: dict[str, Path]) -> None:
+    folder = pages["comparison-first"].parent
+    results = json.loads((folder / "results.json").read_text())
+    text = pages["comparison-first"].read_text(encoding="utf-8")
+    unstable = [e for c in results["cases"] for e in c["evaluations"] if not e["stable"]]
+    assert unstable
+    for e in unstable:
+        assert f"unstable<br>{number(e['unstable_hz'][0])} Hz" in text
+
+
+def test_numbers_for_readers() -> None:
+    assert number(None) == "–"
+    assert number(float("inf")) == "∞"
+    assert number(-1.5) == "−1.5"
+    assert percent(0.0361) == "3.61 %"
+    assert percent(1e-9) == "< 0.01 %"
+    assert percent(115.0) == "11,500 %"

@@ -1,0 +1,86 @@
+"""The house keeps its rules: which room may import which, and what a bare import costs."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import slewctl
+
+PACKAGE = Path(slewctl.__file__).parent
+SHARED = {"_types", "errors", "linalg"}
+# Each room may import the rooms named here, beside itself and the shared modules.
+MAY_IMPORT = {
+    "arm": set(),
+    "basis": {"arm"},
+    "model": {"arm", "basis"},
+    "plant": {"arm", "model"},
+    "design": {"plant"},
+    "loop": {"model", "plant", "design"},
+    "compare": {"arm", "basis", "model", "plant", "design", "loop"},
+    "paper": {"arm", "basis", "model", "plant", "design", "loop"},
+    "check": {"loop", "compare"},
+    "files": {"arm", "plant", "loop", "compare", "check"},
+    "report": {"compare", "paper"},
+}
+# The only rooms that may import these.
+KEEPERS = {"matplotlib": {"report"}, "cvxpy": {"design"}, "pydantic": {"files"},
+           "click": {"cli"}, "rich": {"cli"}, "jinja2": {"report"}}  # fmt: skip
+
+
+def room_files() -> list[tuple[str, Path]]:
+    """Return every file of a room with the room's name."""
+    return [
+        (path.relative_to(PACKAGE).parts[0], path) for path in sorted(PACKAGE.glob("*/**/*.py"))
+    ]
+
+
+def imports(path: Path) -> list[tuple[str, bool]]:
+    """Return the modules that a file imports, and whether at its top level."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [(alias.name, node in tree.body) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            assert node.module is not None
+            found.append((node.module, node in tree.body))
+            if node.module == "slewctl":
+                found += [(f"slewctl.{alias.name}", node in tree.body) for alias in node.names]
+    return found
+
+
+def test_rooms_import_only_from_the_left() -> None:
+    rooms = {room for room, _ in room_files()}
+    assert rooms - {"cli"} == set(MAY_IMPORT)
+    for room, path in room_files():
+        if room == "cli":
+            continue
+        for module, top in imports(path):
+            if module.startswith("slewctl."):
+                other = module.split(".")[1]
+                assert other == room or other in SHARED | MAY_IMPORT[room], f"{path}: {module}"
+                assert top, f"{path}: deferred import of {module}"
+
+
+def test_heavy_packages_stay_in_their_rooms() -> None:
+    for room, path in room_files():
+        for module, _ in imports(path):
+            top = module.split(".")[0]
+            assert room in KEEPERS.get(top, {room}), f"{path}: {module}"
+
+
+@pytest.mark.parametrize("heavy", ["cvxpy", "clarabel", "pydantic", "rich", "jinja2", "slycot"])
+def test_bare_import_leaves_heavy_packages_out(heavy: str) -> None:
+    code = f"import sys, slewctl; sys.exit({heavy!r} in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_every_public_name_exists_and_is_documented() -> None:
+    for name in slewctl.__all__:
+        assert getattr(slewctl, name).__doc__, name
