@@ -15,6 +15,7 @@ from scipy.linalg import (
     matrix_balance,
     solve_continuous_are,
     solve_continuous_lyapunov,
+    solve_triangular,
 )
 
 from slewctl._types import Array, ComplexArray
@@ -59,30 +60,52 @@ def solve_riccati(A: Array, B: Array, Q: Array, R: Array) -> RiccatiSolution:
     """
     scale = balance(A)
     outer = np.outer(scale, scale)
-    As, Bs, Qs = A / scale[:, None] * scale, B / scale[:, None], Q * outer
-    try:
-        X = np.asarray(solve_continuous_are(As, Bs, Qs, R), dtype=float)
-    except (LinAlgError, ValueError) as error:
-        raise AccuracyError(
-            "the Riccati equation has no stabilising solution to working precision",
-            where="riccati",
-            remedy="check that every undamped mode is penalised and reached by noise",
-        ) from error
+    As, Qs = A / scale[:, None] * scale, Q * outer
+    root = np.linalg.cholesky(R)
+    Bs = solve_triangular(root, (B / scale[:, None]).T, lower=True).T  # B R^(−T/2)
+    # Time in units of 1/‖A‖ and X in units that make Q and BBᵀ equally large: the solver's
+    # tests for symplecticity are absolute, and would refuse an arm measured in millimetres.
+    rate = _nonzero(As)
+    size = np.sqrt(_nonzero(Qs)) / _nonzero(Bs)
+    An, Bn, Qn = As / rate, Bs * np.sqrt(size / rate), Qs / (size * rate)
+    X = _stabilising(An, Bn, Qn)
     # One Newton step: the eigenvectors of a lightly damped plant leave a residual of up to
     # 1e-7 behind, a Lyapunov equation with the closed loop removes it.
-    gain, defect, _ = _riccati_defect(As, Bs, Qs, R, X)
-    step = solve_continuous_lyapunov((As - Bs @ gain).T, -defect)
+    step = solve_continuous_lyapunov((An - Bn @ Bn.T @ X).T, -_riccati_defect(An, Bn, Qn, X)[0])
     X = X + (step + step.T) / 2
-    gain, defect, largest = _riccati_defect(As, Bs, Qs, R, X)
-    return RiccatiSolution(X / outer, gain / scale, float(np.linalg.norm(defect) / largest))
+    defect, largest = _riccati_defect(An, Bn, Qn, X)
+    gain = solve_triangular(root.T, Bs.T @ (size * X)) / scale
+    return RiccatiSolution(size * X / outer, gain, float(np.linalg.norm(defect) / largest))
 
 
-def _riccati_defect(A: Array, B: Array, Q: Array, R: Array, X: Array) -> tuple[Array, Array, float]:
-    """Return the gain R⁻¹BᵀX, the equation's left side, and the norm of its largest term."""
-    gain = np.asarray(np.linalg.solve(R, B.T @ X), dtype=float)
-    terms = (A.T @ X + X @ A, gain.T @ R @ gain, Q)
+def _nonzero(matrix: Array) -> float:
+    """Return the norm of a matrix, or one where there is nothing to scale by."""
+    return float(np.linalg.norm(matrix, 2)) or 1.0
+
+
+def _stabilising(A: Array, B: Array, Q: Array) -> Array:
+    """Return the solution of AᵀX + XA − XBBᵀX + Q = 0 that makes A − BBᵀX stable."""
+    refusal = AccuracyError(
+        "the Riccati equation has no stabilising solution to working precision",
+        where="riccati",
+        remedy="check that every undamped mode is penalised and reached by noise, and that "
+        "limits and noises are of sensible size against each other",
+    )
+    try:
+        X = np.asarray(solve_continuous_are(A, B, Q, np.eye(B.shape[1])), dtype=float)
+    except (LinAlgError, ValueError) as error:
+        raise refusal from error
+    if not np.linalg.eigvals(A - B @ B.T @ X).real.max() < 0:
+        raise refusal
+    return X
+
+
+def _riccati_defect(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
+    """Return the equation's left side with R = I, and the norm of its largest term."""
+    half = B.T @ X
+    terms = (A.T @ X + X @ A, half.T @ half, Q)
     largest = max(float(np.linalg.norm(term)) for term in terms)
-    return gain, terms[0] - terms[1] + terms[2], largest
+    return terms[0] - terms[1] + terms[2], largest
 
 
 @dataclass(frozen=True)

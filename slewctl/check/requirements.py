@@ -177,6 +177,7 @@ def _verdict(evaluation: Evaluation, name: str, limit: float) -> Verdict:
             name, value, limit, rule.unit, rule.sense, evaluation.unstable_hz[0], False, note
         )
     value, frequency = rule.read(evaluation)
+    margins = evaluation.margins
     passed = value >= limit if rule.sense == "at least" else value <= limit
     note = ""
     if math.isinf(value):
@@ -185,6 +186,8 @@ def _verdict(evaluation: Evaluation, name: str, limit: float) -> Verdict:
             if name == "settling_time_max"
             else "the loop has no such crossing"
         )
+    if "margin" in name and margins is not None and not margins.confirmed:
+        passed, note = False, "the margin could not be confirmed by closed-loop poles"
     if not evaluation.verified:
         passed, note = False, f"the design is not verified: {evaluation.certificate}"
     return Verdict(name, value, limit, rule.unit, rule.sense, frequency, passed, note)

@@ -23,6 +23,6 @@ def main() -> None:
         ERR.print(f"slewctl: {error}", markup=False, soft_wrap=True)
         sys.exit(BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
-        ERR.print("slewctl: interrupted; what was finished is kept", markup=False)
+        ERR.print("slewctl: interrupted; no report was half-written", markup=False)
         sys.exit(INTERRUPTED)
     sys.exit(status or 0)

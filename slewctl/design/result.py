@@ -44,7 +44,7 @@ class Certificate:
         return ("verified" if self.verified else "NOT verified") + " (" + "; ".join(lines) + ")"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Controller:
     """A designed controller: torque = K(s) y.
 
@@ -69,6 +69,10 @@ class Controller:
     gains: Mapping[str, Array]
     h2_cost: float
     certificate: Certificate
+
+    def __repr__(self) -> str:
+        states = f"{self.system.nstates} states"
+        return f"<{self.method} controller, {states}, from {', '.join(self.sensors)}>"
 
     @property
     def sensors(self) -> tuple[str, ...]:

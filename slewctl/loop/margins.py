@@ -18,6 +18,7 @@ from scipy.linalg import eigvals
 from scipy.optimize import brentq
 
 from slewctl._types import Array, ComplexArray
+from slewctl.errors import InputError
 from slewctl.linalg import balance
 from slewctl.loop.frequency import FrequencyResponse
 
@@ -27,6 +28,9 @@ _NEAR_AXIS = 2e-2
 # A sign is trusted only this many times above the rounding error of its evaluation.
 _TRUSTED = 10.0
 _GRID = 400
+# The margins are confirmed this far inside and outside, and over this factor if infinite.
+_STEP = 1e-4
+_WIDE = 50.0
 
 
 @dataclass(frozen=True)
@@ -61,8 +65,8 @@ class Margins:
     gain_crossings_hz : tuple of float
         All frequencies where |L| = 1.
     confirmed : bool
-        Whether the closed loop was found stable just inside and unstable just outside
-        of each finite gain margin.
+        Whether the closed loop was found stable at gains and phases throughout the margins
+        and unstable just outside of each finite one.
     """
 
     gain_db: Crossing
@@ -85,19 +89,25 @@ def classical_margins(loop: control.StateSpace) -> Margins:
     Returns
     -------
     Margins
+
+    Raises
+    ------
+    InputError
+        If the loop is static, not strictly proper, or has several inputs or outputs.
     """
+    if loop.ninputs != 1 or loop.noutputs != 1 or np.any(np.asarray(loop.D)) or loop.nstates == 0:
+        raise InputError(
+            "the loop is static, has direct feedthrough, or several inputs",
+            where="classical_margins",
+            remedy="give one strictly proper loop",
+        )
     response = FrequencyResponse(loop)
     A, B, C = _balanced(loop)
-    closed = np.linalg.eigvals(A - B @ C)
-    proposals = [
-        np.abs(response.poles),
-        np.abs(response.poles.imag),
-        np.abs(closed),
-        np.abs(closed.imag),
-    ]
-    gain = _crossings(response, _log_gain, _unit_gain_candidates(A, B, C), proposals)
-    phase = _crossings(response, _sine, _real_axis_candidates(A, B, C), proposals)
-    up, down = _gain_margins(response, phase)
+    poles = np.concatenate([response.poles, np.linalg.eigvals(A - B @ C)])
+    known = np.unique(np.concatenate([np.abs(poles), np.abs(poles.imag)]))
+    gain = _crossings(response, _log_gain, _unit_gain_candidates(A, B, C), known)
+    real = _crossings(response, _sine, _real_axis_candidates(A, B, C), known)
+    up, down = _gain_margins(response, _truly_real(response, real))
     turn, delay = _phase_margins(response, gain)
     return Margins(
         Crossing(_decibel(up[0]), up[1]),
@@ -105,7 +115,7 @@ def classical_margins(loop: control.StateSpace) -> Margins:
         turn,
         delay,
         tuple(float(w) / (2 * np.pi) for w in gain),
-        _confirm(A, B, C, up[0], True) and _confirm(A, B, C, down[0], False),
+        _confirmed(A, B, C, up[0], down[0], np.radians(turn.value)),
     )
 
 
@@ -157,11 +167,20 @@ def _crossings(
     response: FrequencyResponse,
     function: Callable[[ComplexArray], Array],
     candidates: Array,
-    proposals: list[Array],
+    poles: Array,
 ) -> Array:
-    """Return the sign changes of `function` of L(jω) over ω > 0, enclosed and polished."""
-    known = np.concatenate([candidates, *proposals])
-    known = np.unique(known[known > 1e-9 * known.max()])
+    """Return the sign changes of `function` of L(jω) over ω > 0, enclosed and polished.
+
+    Parameters
+    ----------
+    candidates : ndarray
+        Proposed frequencies; what lies far above all poles is an infinite eigenvalue.
+    poles : ndarray
+        Magnitudes and imaginary parts of open- and closed-loop poles.
+    """
+    top = poles[-1]
+    known = np.concatenate([candidates[candidates < 1e3 * top], poles])
+    known = np.unique(known[known > 1e-9 * top])
     grid = np.geomspace(known[0] / 100, known[-1] * 100, _GRID)
     points = np.unique(np.concatenate([known, grid]))
     points = np.unique(np.concatenate([points, np.sqrt(points[1:] * points[:-1])]))
@@ -171,30 +190,54 @@ def _crossings(
         clear = np.isfinite(values) & (np.abs(values * loop) > _TRUSTED * rounding)
     points, values = points[clear], values[clear]
     change = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))
+    return np.array([_polished(response, function, points[i], points[i + 1]) for i in change])
+
+
+def _polished(
+    response: FrequencyResponse,
+    function: Callable[[ComplexArray], Array],
+    left: float,
+    right: float,
+) -> float:
+    """Return the root of `function` of L(jω) between two frequencies of opposite sign."""
 
     def at(w: float) -> float:
         return float(function(response(np.array([w])))[0])
 
-    return np.array([brentq(at, points[i], points[i + 1], xtol=1e-300, rtol=1e-14) for i in change])
+    ends = at(left), at(right)
+    if np.sign(ends[0]) == np.sign(ends[1]):
+        # One frequency alone rounds otherwise than among many: an end is the root itself.
+        return left if abs(ends[0]) < abs(ends[1]) else right
+    return float(brentq(at, left, right, xtol=1e-300, rtol=1e-14))
+
+
+def _truly_real(response: FrequencyResponse, crossings: Array) -> Array:
+    """Return the crossings where L is real and not merely turning through a pole or zero.
+
+    An undamped pole or zero on the axis flips the sign of Im L, and that of Re L with it.
+    The constant gain L(0) is real as well.
+    """
+    if len(crossings):
+        values, rounding = response.with_rounding(crossings)
+        sides = [response(crossings * (1 + step)).real for step in (-1e-8, 1e-8)]
+        crossings = crossings[(np.abs(values) > _TRUSTED * rounding) & (sides[0] * sides[1] > 0)]
+    return np.concatenate([[0.0], crossings])
 
 
 def _gain_margins(
-    response: FrequencyResponse, phase: Array
+    response: FrequencyResponse, crossings: Array
 ) -> tuple[tuple[float, float | None], tuple[float, float | None]]:
     """Return (factor, frequency in Hz) for raising and for lowering the gain."""
     up: tuple[float, float | None] = (np.inf, None)
     down: tuple[float, float | None] = (0.0, None)
-    if len(phase):
-        values = response(phase)
-        # A sign change of Im L may also be a pole on the axis, where L is not real.
-        real = np.abs(values.imag) < 1e-6 * np.abs(values)
-        for w, value in zip(phase[real], values[real].real, strict=True):
-            if value < 0:
-                factor, hertz = float(-1 / value), float(w / (2 * np.pi))
-                if 1 <= factor < up[0]:
-                    up = (factor, hertz)
-                if down[0] < factor < 1:
-                    down = (factor, hertz)
+    values = response(crossings)
+    for w, value in zip(crossings, values, strict=True):
+        if np.isfinite(value) and value.real < 0 and abs(value.imag) < 1e-6 * abs(value):
+            factor, hertz = float(-1 / value.real), float(w / (2 * np.pi))
+            if 1 <= factor < up[0]:
+                up = (factor, hertz)
+            if down[0] < factor < 1:
+                down = (factor, hertz)
     return up, down
 
 
@@ -215,13 +258,33 @@ def _decibel(factor: float) -> float:
     return float(20 * np.log10(factor)) if factor > 0 else -np.inf
 
 
-def _confirm(A: Array, B: Array, C: Array, factor: float, rising: bool) -> bool:
-    """Whether the loop is stable just inside the gain margin and unstable just outside."""
-    if factor in (0.0, np.inf):
-        return True
-    step = 1e-4 if rising else -1e-4
-    inside, outside = factor * (1 - step), factor * (1 + step)
-    return bool(
-        np.linalg.eigvals(A - inside * B @ C).real.max() < 0
-        and np.linalg.eigvals(A - outside * B @ C).real.max() > 0
+def _confirmed(A: Array, B: Array, C: Array, up: float, down: float, turn: float) -> bool:
+    """Whether the closed loop is stable throughout the margins and unstable just outside.
+
+    The loop is closed with gains from just inside the reduction to just inside the rise,
+    and with phases up to the margin in either sense; where a margin is infinite a wide
+    range stands for it.
+    """
+    low = down * (1 + _STEP) if down > 0 else 1 / _WIDE
+    high = up * (1 - _STEP) if np.isfinite(up) else _WIDE
+    largest = min(turn, np.pi)
+    inside = np.concatenate(
+        [
+            np.geomspace(low, high, 16),
+            np.exp(1j * np.linspace(-1, 1, 8) * largest * (1 - _STEP)),
+        ]
     )
+    outside = [
+        *([up * (1 + _STEP)] if np.isfinite(up) else []),
+        *([down * (1 - _STEP)] if down > 0 else []),
+    ]
+    turned = [np.exp(sense * 1j * turn * (1 + _STEP)) for sense in (-1, 1) if turn < np.pi]
+    return (
+        all(_stable(A - factor * B @ C) for factor in inside)
+        and not any(_stable(A - factor * B @ C) for factor in outside)
+        and not (turned and all(_stable(A - factor * B @ C) for factor in turned))
+    )
+
+
+def _stable(A: ComplexArray | Array) -> bool:
+    return bool(np.linalg.eigvals(A).real.max() < 0)

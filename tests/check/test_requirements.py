@@ -70,6 +70,13 @@ def test_unverified_design_never_passes(good: Evaluation) -> None:
     assert "not verified" in verdicts[0].note
 
 
+def test_unconfirmed_margin_never_passes(good: Evaluation) -> None:
+    assert good.margins is not None
+    broken = replace(good, margins=replace(good.margins, confirmed=False))
+    verdicts = judge(broken, {"phase_margin_deg": 0.0, "h2_loss_max": 1.0})
+    assert [v.passed for v in verdicts] == [True, False, True]
+
+
 def test_gain_margin_is_the_smaller_of_rise_and_fall(good: Evaluation) -> None:
     assert good.margins is not None
     margins = replace(
