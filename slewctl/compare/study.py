@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._types import Array
+from slewctl._types import Array, ComplexArray
 from slewctl.basis import create
 from slewctl.compare.case import Case
 from slewctl.compare.evaluation import Evaluation, Judge, Outcome
@@ -16,7 +16,9 @@ from slewctl.model import Model, assemble
 
 Progress = Callable[[str], None]
 
-_CURVE_POINTS = 500
+_CURVE_POINTS = 300
+# A step of a curve, in nepers and radians together, that is still drawn as a line.
+_CURVE_STEP = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,10 +189,8 @@ def _summary(judge: Judge) -> TruthSummary:
 
 
 def _curve(outcome: Outcome) -> LoopCurves:
-    evaluation, omega = outcome.evaluation, _frequencies(outcome.loop)
-    values = outcome.loop.response(omega)
-    finite = np.isfinite(values)
-    values = values[finite]
+    evaluation = outcome.evaluation
+    omega, values = _smooth(outcome.loop, _frequencies(outcome.loop))
     phase = np.degrees(np.unwrap(np.angle(values)))
     # Start between −360° and 0°, where a loop with a rigid body is read.
     phase -= 360 * np.ceil(phase[0] / 360)
@@ -198,11 +198,24 @@ def _curve(outcome: Outcome) -> LoopCurves:
         evaluation.basis,
         evaluation.n,
         evaluation.stable,
-        omega[finite] / (2 * np.pi),
+        omega / (2 * np.pi),
         20 * np.log10(np.abs(values)),
         phase,
         outcome.slew,
     )
+
+
+def _smooth(loop: Loop, omega: Array) -> tuple[Array, ComplexArray]:
+    """Return frequencies and L there, with more of them wherever a drawn line would bend."""
+    values = loop.response(omega)
+    for _ in range(3):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = np.abs(np.log(values[1:] / values[:-1]))
+        coarse = step > _CURVE_STEP
+        omega = np.sort(np.concatenate([omega, np.sqrt(omega[1:] * omega[:-1])[coarse]]))
+        values = loop.response(omega)
+    finite = np.isfinite(values)
+    return omega[finite], values[finite]
 
 
 def _frequencies(loop: Loop) -> Array:
@@ -212,7 +225,7 @@ def _frequencies(loop: Loop) -> Array:
     slow = np.abs(loop.poles)[np.abs(loop.poles) > 0].min()
     fast = 1.3 * loop.model.omega[-1]
     grid = np.geomspace(slow / 10, fast, _CURVE_POINTS)
-    widths = np.abs(poles.real)[:, None] * np.array([0, 0.3, 0.6, 1, 1.6, 2.5, 4, 6, 10, 16])
+    widths = np.abs(poles.real)[:, None] * np.array([0, 0.5, 1, 2, 4, 8, 16])
     around = np.concatenate([poles.imag[:, None] + widths, poles.imag[:, None] - widths])
     around = around[(around > grid[0]) & (around < fast)]
     return np.unique(np.concatenate([grid, around]))

@@ -18,16 +18,16 @@ import numpy as np
 
 from slewctl.errors import InputError
 
-# Long arrays are curves: seven digits draw them, and keep the files small.
+# Long arrays are curves: six digits draw them, and keep the files small.
 _CURVE_LENGTH = 50
-_CURVE_DIGITS = 7
+_CURVE_DIGITS = 6
 
 
 def to_plain(value: Any) -> Any:
     """Return `value` as JSON knows it.
 
     Dataclasses become objects, arrays lists, complex numbers ``[re, im]`` and infinities
-    the strings "inf" and "-inf"; arrays longer than fifty keep seven digits.
+    the strings "inf" and "-inf"; arrays longer than fifty keep six digits.
     """
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_plain(getattr(value, f.name)) for f in fields(value)}
