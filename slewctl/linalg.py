@@ -173,7 +173,7 @@ def unobservable_modes(A: Array, C: Array) -> ComplexArray:
         value
         for value in suspects
         if np.linalg.svd(
-            np.vstack([(As - value * np.eye(len(As))) / max(abs(value), 1.0), Cs]),
+            np.vstack([(As - value * np.eye(len(As))) / size, Cs]),
             compute_uv=False,
         )[-1]
         < 1e-11

@@ -75,6 +75,18 @@ def test_heavy_packages_stay_in_their_rooms() -> None:
             assert room in KEEPERS.get(top, {room}), f"{path}: {module}"
 
 
+def test_cvxpy_is_loaded_by_the_first_synthesis_only() -> None:
+    code = (
+        "import sys, slewctl as sc, slewctl.design as d; assert 'cvxpy' not in sys.modules\n"
+        "arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)\n"
+        "o = sc.Objective({'tip': 0.1, 'torque': 1}, {'torque': 0.1, 'theta': 1e-3})\n"
+        "p = sc.generalised_plant(sc.assemble(arm, sc.ClampedFree(1)), o)\n"
+        "sc.lqg(p); assert 'cvxpy' not in sys.modules\n"
+        "d.h2_lmi(p); assert 'cvxpy' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 @pytest.mark.parametrize("heavy", ["cvxpy", "clarabel", "pydantic", "rich", "jinja2", "slycot"])
 def test_bare_import_leaves_heavy_packages_out(heavy: str) -> None:
     code = f"import sys, slewctl; sys.exit({heavy!r} in sys.modules)"

@@ -1,6 +1,22 @@
 """What an arm is: its parts, and a catalogue of arms with their sources."""
 
+from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.lumped import LumpedLink, quanser_lumped
+from slewctl.arm.motor import Motor
 from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
 from slewctl.arm.profiles import Profile, ProfileSpec
 
-__all__ = ["Arm", "Beam", "Hub", "Payload", "Profile", "ProfileSpec", "Stations"]
+__all__ = [
+    "Arm",
+    "Beam",
+    "Hub",
+    "KelvinVoigt",
+    "LumpedLink",
+    "Motor",
+    "Payload",
+    "Profile",
+    "ProfileSpec",
+    "Rayleigh",
+    "Stations",
+    "quanser_lumped",
+]

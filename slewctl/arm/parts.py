@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
+from slewctl._types import Array
+from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.motor import Motor
 from slewctl.arm.profiles import Profile, ProfileSpec, Stations, as_profile
 from slewctl.errors import InputError, check_nonnegative, check_number, check_positive, shown
 
@@ -76,7 +80,7 @@ class Hub:
     Parameters
     ----------
     inertia : float
-        J_h about the axis, in kg·m².
+        J_h about the axis, in kg·m², without the rotor that `Motor.rotor_inertia` gives.
     radius : float
         r in m: the beam is clamped at this distance from the axis.
     friction : float
@@ -118,13 +122,20 @@ class Payload:
 class Arm:
     """A flexible arm turned by a torque at its hub.
 
+    Modal damping ratios, a damping law and the hub's friction add up.
+
     Parameters
     ----------
     beam : Beam
     hub : Hub
     payload : Payload
-    damping_ratio : float
-        Damping ratio ζ of every flexible mode of the free arm, 0 <= ζ < 1.
+    damping_ratio : float or sequence of float
+        Damping ratio ζ of every flexible mode of the free arm, 0 <= ζ < 1; or of its first
+        modes one by one, the last value holding for all that follow.
+    damping : Rayleigh or KelvinVoigt, optional
+        A damping law.
+    motor : Motor, optional
+        What turns the hub; without one only the torque is known.
     name : str
         For tables and reports.
     """
@@ -132,29 +143,67 @@ class Arm:
     beam: Beam
     hub: Hub = field(default_factory=Hub)
     payload: Payload = field(default_factory=Payload)
-    damping_ratio: float = 0.0
+    damping_ratio: float | Sequence[float] = 0.0
+    damping: Rayleigh | KelvinVoigt | None = None
+    motor: Motor | None = None
     name: str = "arm"
 
     def __post_init__(self) -> None:
-        for field_name, kind in (("beam", Beam), ("hub", Hub), ("payload", Payload)):
-            if not isinstance(getattr(self, field_name), kind):
-                raise InputError(
-                    f"{shown(getattr(self, field_name))} is not a {kind.__name__}",
-                    where=f"arm.{field_name}",
-                    remedy=f"give a slewctl.{kind.__name__}",
-                )
+        _check_part(self.beam, (Beam,), "beam")
+        _check_part(self.hub, (Hub,), "hub")
+        _check_part(self.payload, (Payload,), "payload")
+        _check_part(self.damping, (Rayleigh, KelvinVoigt, type(None)), "damping")
+        _check_part(self.motor, (Motor, type(None)), "motor")
         if not isinstance(self.name, str):
             raise InputError(
                 f"{shown(self.name)} is not text", where="arm.name", remedy="give a str"
             )
-        ratio = check_number(self.damping_ratio, "arm.damping_ratio")
-        if not 0 <= ratio < 1:
-            raise InputError(
-                f"{ratio:g} is not in [0, 1)",
-                where="arm.damping_ratio",
-                remedy="give ζ as a fraction, for example 0.005 for half a percent",
-            )
-        object.__setattr__(self, "damping_ratio", ratio)
+        object.__setattr__(self, "damping_ratio", _damping_ratio(self.damping_ratio))
+
+    @property
+    def hub_inertia(self) -> float:
+        """Inertia that turns with the hub, in kg·m²: the hub's own and the motor's rotor's."""
+        return self.hub.inertia + (self.motor.reflected_inertia if self.motor else 0.0)
+
+    def damping_ratios(self, modes: int) -> Array:
+        """Return the damping ratio ζ of each of the first flexible modes, shape (modes,)."""
+        ratio = self.damping_ratio
+        given = (ratio,) if isinstance(ratio, float | int) else tuple(ratio)
+        return np.array([given[min(k, len(given) - 1)] for k in range(modes)])
+
+
+def _check_part(part: object, kinds: tuple[type, ...], name: str) -> None:
+    if not isinstance(part, kinds):
+        wanted = [kind.__name__ for kind in kinds if kind is not type(None)]
+        raise InputError(
+            f"{shown(part)} is not a {' or '.join(wanted)}",
+            where=f"arm.{name}",
+            remedy=f"give a {' or '.join(f'slewctl.{kind}' for kind in wanted)}",
+        )
+
+
+def _damping_ratio(given: object) -> float | tuple[float, ...]:
+    """Return one ratio as a float, several as a tuple."""
+    if isinstance(given, np.ndarray):
+        given = given.tolist()
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        return _fraction(given)
+    ratios = tuple(_fraction(value) for value in given)
+    if not ratios:
+        raise InputError("no ratio", where="arm.damping_ratio", remedy="give at least one")
+    return ratios
+
+
+def _fraction(value: object) -> float:
+    """Return a damping ratio as a float; refuse what is not in [0, 1)."""
+    ratio = check_number(value, "arm.damping_ratio")
+    if not 0 <= ratio < 1:
+        raise InputError(
+            f"{ratio:g} is not in [0, 1)",
+            where="arm.damping_ratio",
+            remedy="give ζ as a fraction, for example 0.005 for half a percent",
+        )
+    return ratio
 
 
 __all__ = ["Arm", "Beam", "Hub", "Payload", "Stations"]

@@ -12,8 +12,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from slewctl.compare import Evaluation
-from slewctl.errors import InputError, check_choice, check_number
+from slewctl.errors import InputError, check_choice, check_nonnegative
 from slewctl.loop import Crossing
+
+# Verdicts rest on a truth whose frequencies are known this well, relative, and on costs
+# that two Gramians give alike.
+TRUTH_TOLERANCE = 1e-6
+COST_TOLERANCE = 1e-6
 
 # A value and the frequency that sets it, where there is one.
 Reading = tuple[float, float | None]
@@ -72,6 +77,14 @@ def _delay(evaluation: Evaluation) -> Reading:
     return _reading(evaluation.margins.delay_s) if evaluation.margins else (math.nan, None)
 
 
+def _modulus(evaluation: Evaluation) -> Reading:
+    return _reading(evaluation.margins.modulus) if evaluation.margins else (math.nan, None)
+
+
+def _disk(evaluation: Evaluation) -> Reading:
+    return _reading(evaluation.margins.disk) if evaluation.margins else (math.nan, None)
+
+
 def _reading(crossing: Crossing) -> Reading:
     return crossing.value, crossing.frequency_hz
 
@@ -101,6 +114,12 @@ REQUIREMENTS: dict[str, Requirement] = {
         _phase, "at least", "deg", "smallest phase change of either sign to the limit"
     ),
     "delay_margin_s": Requirement(_delay, "at least", "s", "smallest added delay to the limit"),
+    "modulus_margin": Requirement(
+        _modulus, "at least", "", "distance of the Nyquist curve from -1"
+    ),
+    "disk_margin": Requirement(
+        _disk, "at least", "", "symmetric disk margin for gain and phase together"
+    ),
     "damping_ratio_min": Requirement(
         _damping, "at least", "", "smallest damping ratio of the closed-loop poles"
     ),
@@ -115,6 +134,12 @@ REQUIREMENTS: dict[str, Requirement] = {
         "at most",
         "N·m",
         "largest torque in the slew",
+    ),
+    "voltage_peak_max": Requirement(
+        lambda e: _number(e.slew.peak_voltage if e.slew else None),
+        "at most",
+        "V",
+        "largest motor voltage in the slew",
     ),
     "settling_time_max": Requirement(
         lambda e: _number(e.slew.settling_time_s if e.slew else None),
@@ -145,7 +170,7 @@ def check_limits(limits: Mapping[str, float | bool]) -> dict[str, float]:
                 )
             numbers[name] = 1.0
         else:
-            numbers[name] = check_number(limit, f"requirements.{name}")
+            numbers[name] = check_nonnegative(limit, f"requirements.{name}")
     return numbers
 
 
@@ -179,15 +204,39 @@ def _verdict(evaluation: Evaluation, name: str, limit: float) -> Verdict:
     value, frequency = rule.read(evaluation)
     margins = evaluation.margins
     passed = value >= limit if rule.sense == "at least" else value <= limit
-    note = ""
+    note = "" if not math.isnan(value) else "this arm has no such value"
     if math.isinf(value):
         note = (
             "not settled within the time simulated"
             if name == "settling_time_max"
             else "the loop has no such crossing"
         )
+    if name in ("stable", "h2_loss_max"):
+        passed, note = _on_finer_truth(evaluation, name, limit, passed, note)
+    if evaluation.truth_tolerance > TRUTH_TOLERANCE:
+        passed, note = False, f"the truth is converged to {evaluation.truth_tolerance:.0e} only"
     if "margin" in name and margins is not None and not margins.confirmed:
         passed, note = False, "the margin could not be confirmed by closed-loop poles"
     if not evaluation.verified:
         passed, note = False, f"the design is not verified: {evaluation.certificate}"
     return Verdict(name, value, limit, rule.unit, rule.sense, frequency, passed, note)
+
+
+def _on_finer_truth(
+    evaluation: Evaluation, name: str, limit: float, passed: bool, note: str
+) -> tuple[bool, str]:
+    """Return the verdict and note after a second look on a truth of twice the modes."""
+    finer = evaluation.finer
+    if finer is not None and not finer.stable:
+        return False, f"unstable on a truth of {finer.modes} modes"
+    if name == "stable":
+        return passed, note
+    if not evaluation.optimum_verified or (evaluation.cost_discrepancy or 0.0) > COST_TOLERANCE:
+        return False, "the cost or the optimum that it is compared with is not verified"
+    if finer is not None and finer.loss is not None and evaluation.loss is not None:
+        if not finer.loss <= limit:
+            passed = False
+        moved = abs(finer.loss - evaluation.loss) > 0.01 * max(abs(evaluation.loss), 1e-6)
+        if moved or not passed:
+            note = f"{finer.loss:.4g} on a truth of {finer.modes} modes"
+    return passed, note

@@ -20,9 +20,9 @@ def main() -> None:
         error.show()
         sys.exit(BAD_INPUT)
     except SlewctlError as error:
-        ERR.print(f"slewctl: {error}", markup=False, soft_wrap=True)
+        ERR.print(f"slewctl: {error}", soft_wrap=True)
         sys.exit(BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
-        ERR.print("slewctl: interrupted; no report was half-written", markup=False)
+        ERR.print("slewctl: interrupted; no file was half-written")
         sys.exit(INTERRUPTED)
     sys.exit(status or 0)

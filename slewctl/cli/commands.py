@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from slewctl.arm import Arm, catalogue
-from slewctl.basis import BASES, create
+from slewctl.basis import NAMES, create
 from slewctl.check import Verdict, judge
 from slewctl.cli.terminal import OUT, progress, show
 from slewctl.compare import compare, count_designs, evaluate
-from slewctl.files import find_designs, read_arm, read_design
-from slewctl.model import assemble, truth
+from slewctl.files import read_arm, read_designs
+from slewctl.model import BOUNDARIES, assemble, frequencies, truth
 from slewctl.paper import PARTS, reproduce
 
 _PATHS = click.argument(
@@ -43,7 +43,7 @@ def compare_command(paths: tuple[Path, ...], out: Path) -> None:
     """Compare the designs in PATH (TOML files or folders of them) on the truth."""
     from slewctl.report import write_comparison  # matplotlib is only needed here
 
-    designs = [read_design(path) for path in find_designs(paths)]
+    designs = read_designs(paths)
     cases = [design.case for design in designs]
     with progress(count_designs(cases)) as step:
         comparison = compare(cases, step)
@@ -65,7 +65,7 @@ def check_command(context: click.Context, paths: tuple[Path, ...]) -> None:
 
     Exit status: 0 when all hold, 1 when one fails, 2 for bad input.
     """
-    designs = [read_design(path) for path in find_designs(paths)]
+    designs = read_designs(paths)
     table = Table("design", "requirement", "value", "limit", "at", "verdict", box=None)
     failed = 0
     with progress(len(designs)) as step:
@@ -79,7 +79,7 @@ def check_command(context: click.Context, paths: tuple[Path, ...]) -> None:
     context.exit(1 if failed else 0)
 
 
-def _cells(verdict: Verdict) -> tuple[str, ...]:
+def _cells(verdict: Verdict) -> tuple[str | Text, ...]:
     bound = ">=" if verdict.sense == "at least" else "<="
     unit = f" {verdict.unit}" if verdict.unit else ""
     if verdict.requirement == "stable":
@@ -88,9 +88,9 @@ def _cells(verdict: Verdict) -> tuple[str, ...]:
         value = "-" if verdict.value is None else f"{verdict.value:.4g}{unit}"
         limit = f"{bound} {verdict.limit:g}{unit}"
     at = "" if verdict.frequency_hz is None else f"{verdict.frequency_hz:.4g} Hz"
-    word = "[green]ok[/]" if verdict.passed else "[bold red]FAIL[/]"
-    note = f" ({escape(verdict.note)})" if verdict.note else ""
-    return verdict.requirement, value, limit, at, word + note
+    word = Text("ok", "green") if verdict.passed else Text("FAIL", "bold red")
+    word.append(f" ({verdict.note})" if verdict.note else "", "default")
+    return verdict.requirement, value, limit, at, word
 
 
 @cli.command("modes")
@@ -107,14 +107,52 @@ def modes_command(arm: str, orders: int, modes: int) -> None:
     chosen = _find_arm(arm)
     exact = truth(chosen, max(modes, 10))
     table = Table("basis", "n", *(f"f{k} (Hz)" for k in range(1, modes + 1)), box=None)
-    for basis in BASES:
+    for basis in NAMES:
         for n in range(1, orders + 1):
-            found = assemble(chosen, create(basis, n)).frequencies_hz[:modes]
+            found = assemble(chosen, create(basis, n, chosen)).frequencies_hz[:modes]
             cells = [f"{f:.6f}" for f in found] + ["-"] * (modes - len(found))
             table.add_row(basis, str(n), *cells)
     table.add_row("truth", "", *(f"{f:.6f}" for f in exact.frequencies_hz[:modes]))
     show(table)
     OUT.print(str(exact), soft_wrap=True)
+
+
+@cli.command("arms")
+@click.argument("name", required=False)
+def arms_command(name: str | None) -> None:
+    """List the arms of the catalogue, or tell all about the one called NAME."""
+    if name is None:
+        table = Table("name", "length (m)", "what it is", box=None)
+        for key, entry in catalogue.CATALOGUE.items():
+            table.add_row(key, f"{entry.build().beam.length:g}", entry.summary)
+        show(table)
+        OUT.print("more about one: slewctl arms NAME")
+        return
+    arm = catalogue.get(name)
+    entry = catalogue.CATALOGUE[name]
+    parts = {"hub": arm.hub, "payload": arm.payload, "motor": arm.motor}
+    texts = {"what": entry.summary, "source": entry.source, "uncertain": entry.uncertain}
+    for title, text in {**texts, **parts}.items():
+        OUT.print(f"{title}: {text}", soft_wrap=True)
+    show(_published(arm, entry))
+
+
+def _published(arm: Arm, entry: catalogue.Entry) -> Table:
+    """Return the arm's first frequencies, hub locked and free, beside those in print."""
+    table = Table("hub", "mode", "computed (Hz)", "published (Hz)", "difference", box=None)
+    for boundary in BOUNDARIES:
+        printed = {
+            mode: hertz
+            for published in entry.published
+            if published.boundary == boundary
+            for mode, hertz in published.frequencies_hz
+        }
+        computed = frequencies(arm, max([3, *printed]), boundary).hz
+        for mode, hertz in enumerate(computed, start=1):
+            beside = printed.get(mode)
+            cells = ("", "") if beside is None else (f"{beside:g}", f"{hertz / beside - 1:+.2%}")
+            table.add_row(boundary, str(mode), f"{hertz:.6g}", *cells)
+    return table
 
 
 def _find_arm(arm: str) -> Arm:

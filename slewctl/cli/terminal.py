@@ -9,8 +9,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-OUT = Console(highlight=False)
-ERR = Console(stderr=True, highlight=False)
+# Names and paths are printed as they are: brackets in them are no markup.
+OUT = Console(highlight=False, markup=False)
+ERR = Console(stderr=True, highlight=False, markup=False)
 
 
 @contextmanager
@@ -20,7 +21,7 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
         yield lambda _: None
         return
     bar = Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
@@ -41,5 +42,5 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
 
 def show(table: Table) -> None:
     """Print a table; in a pipe as wide as it needs to be."""
-    console = OUT if OUT.is_terminal else Console(width=200, highlight=False)
+    console = OUT if OUT.is_terminal else Console(width=200, highlight=False, markup=False)
     console.print(table)

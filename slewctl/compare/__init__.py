@@ -1,7 +1,7 @@
 """Designs on several bases and orders, judged on the converged truth of their arm."""
 
 from slewctl.compare.case import Case
-from slewctl.compare.evaluation import Evaluation, Judge, Outcome, evaluate
+from slewctl.compare.evaluation import Evaluation, FinerVerdict, Judge, Outcome, evaluate
 from slewctl.compare.study import (
     CaseResult,
     Comparison,
@@ -17,6 +17,7 @@ __all__ = [
     "CaseResult",
     "Comparison",
     "Evaluation",
+    "FinerVerdict",
     "Judge",
     "LoopCurves",
     "ModeShapes",

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from slewctl.arm import Arm
-from slewctl.basis import BASES
+from slewctl.basis import NAMES
 from slewctl.design import METHODS
-from slewctl.errors import InputError, check_choice, check_count
+from slewctl.errors import InputError, check_choice, check_count, shown
 from slewctl.loop import Slew
 from slewctl.model.truth import DEFAULT_MODES
 from slewctl.plant import Objective
+
+# Twice as many are kept to see whether the verdict still moves.
+MOST_TRUTH_MODES = 120
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,7 @@ class Case:
     arm : Arm
     objective : Objective
     basis : str
-        Name of the basis that the design model uses (see `slewctl.basis.BASES`).
+        Name of the basis that the design model uses (see `slewctl.basis.NAMES`).
     n : int
         Number of admissible functions of the design model.
     method : str
@@ -62,13 +65,21 @@ class Case:
     orders: tuple[int, ...] = (1, 2, 3, 4, 5)
 
     def __post_init__(self) -> None:
-        check_choice(self.basis, BASES, "model.basis")
+        object.__setattr__(self, "bases", tuple(self.bases))
+        object.__setattr__(self, "orders", tuple(self.orders))
+        check_choice(self.basis, NAMES, "model.basis")
         check_choice(self.method, METHODS, "controller.method")
         check_count(self.n, "model.n")
         for basis in self.bases:
-            check_choice(basis, BASES, "compare.bases")
+            check_choice(basis, NAMES, "compare.bases")
         for order in self.orders:
             check_count(order, "compare.orders")
+        if self.truth_modes > MOST_TRUTH_MODES:
+            raise InputError(
+                f"a truth of {shown(self.truth_modes)} modes would take minutes",
+                where="truth.modes",
+                remedy=f"keep at most {MOST_TRUTH_MODES}",
+            )
         largest = max(self.n, *self.orders) if self.orders else self.n
         if check_count(self.truth_modes, "truth.modes") < largest:
             raise InputError(

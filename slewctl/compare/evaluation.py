@@ -25,6 +25,26 @@ class PoleDamping:
     frequency_hz: float
 
 
+@dataclass(frozen=True)
+class FinerVerdict:
+    """A design on a truth with twice the modes: where it differs, neither is converged.
+
+    Attributes
+    ----------
+    modes : int
+    stable : bool
+    loss : float or None
+        None when unstable.
+    optimum_drift : float
+        Relative change of the optimal cost.
+    """
+
+    modes: int
+    stable: bool
+    loss: float | None
+    optimum_drift: float
+
+
 @dataclass(frozen=True, eq=False)
 class Evaluation:
     """What a design on n functions of a basis achieves on the truth.
@@ -56,6 +76,12 @@ class Evaluation:
     loss : float or None
         cost / optimum − 1.
     slew : SlewSummary or None
+    finer : FinerVerdict or None
+        The case's own design is judged again on a truth of twice the modes.
+    optimum_verified : bool
+        Whether the checks of the optimal controller, to which `loss` compares, passed.
+    truth_tolerance : float
+        Largest estimated relative error of the truth's frequencies.
     """
 
     basis: str
@@ -75,6 +101,9 @@ class Evaluation:
     cost_discrepancy: float | None
     loss: float | None
     slew: SlewSummary | None
+    finer: FinerVerdict | None
+    optimum_verified: bool
+    truth_tolerance: float
 
     @property
     def worst_frequency_error(self) -> float:
@@ -84,9 +113,10 @@ class Evaluation:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """An evaluation with the loop and the slew response that it was read from."""
+    """An evaluation with the design model, the loop and the slew that it was read from."""
 
     evaluation: Evaluation
+    model: Model
     loop: Loop
     slew: SlewResponse | None
 
@@ -107,16 +137,9 @@ class Judge:
         """The H2-optimal controller for the truth itself."""
         return lqg(generalised_plant(self.truth, self.case.objective))
 
-    @cached_property
-    def optimum_drift(self) -> float:
-        """Relative change of the optimal cost when the truth keeps twice the modes."""
-        finer = truth(self.case.arm, 2 * self.case.truth_modes)
-        cost = lqg(generalised_plant(finer, self.case.objective)).h2_cost
-        return cost / self.optimal.h2_cost - 1
-
     def design(self, basis: str, n: int) -> tuple[Model, Controller]:
         """Return the design model and the controller made on it alone."""
-        model = assemble(self.case.arm, create(basis, n))
+        model = assemble(self.case.arm, create(basis, n, self.case.arm))
         plant = generalised_plant(model, self.case.objective)
         return model, METHODS[self.case.method](plant)
 
@@ -129,9 +152,12 @@ class Judge:
             If no controller can be designed for the case's objective.
         """
         try:
-            model, controller = self.design(basis, n)
+            return self._evaluate(basis, n)
         except SlewctlError as error:
             raise error.within(self.case.source or self.case.name) from error
+
+    def _evaluate(self, basis: str, n: int) -> Outcome:
+        model, controller = self.design(basis, n)
         loop = close(self.truth, self.case.objective, controller)
         kept = self.truth.omega[: model.n]
         stable = loop.stable
@@ -155,9 +181,30 @@ class Judge:
                 cost_discrepancy=loop.h2.discrepancy if stable else None,
                 loss=loop.h2.value / self.optimal.h2_cost - 1 if stable else None,
                 slew=slew.summary if slew else None,
+                finer=self._again(controller) if (basis, n) == self.chosen else None,
+                optimum_verified=self.optimal.certificate.verified,
+                truth_tolerance=self.truth.tolerance,
             ),
+            model,
             loop,
             slew,
+        )
+
+    @property
+    def chosen(self) -> tuple[str, int]:
+        """Basis and order of the case's own design."""
+        return self.case.basis, self.case.n
+
+    def _again(self, controller: Controller) -> FinerVerdict:
+        """Return the verdict on a controller on a truth of twice the modes."""
+        finer = truth(self.case.arm, 2 * self.case.truth_modes)
+        optimum = lqg(generalised_plant(finer, self.case.objective)).h2_cost
+        loop = close(finer, self.case.objective, controller)
+        return FinerVerdict(
+            finer.modes,
+            loop.stable,
+            loop.h2.value / optimum - 1 if loop.stable else None,
+            optimum / self.optimal.h2_cost - 1,
         )
 
 

@@ -9,7 +9,7 @@ from slewctl._types import Array
 from slewctl.design.lqr import kalman, lqr
 from slewctl.design.result import Certificate, Check, Controller
 from slewctl.linalg import H2Cost, RiccatiSolution, h2_cost
-from slewctl.plant import TORQUE, GeneralisedPlant
+from slewctl.plant import GeneralisedPlant
 
 
 def lqg(plant: GeneralisedPlant) -> Controller:
@@ -35,21 +35,35 @@ def lqg(plant: GeneralisedPlant) -> Controller:
     """
     regulator, observer = lqr(plant), kalman(plant)
     K, Kf = regulator.gain, observer.gain.T
-    system = control.StateSpace(
-        plant.A - plant.B2 @ K - Kf @ plant.C2,
-        Kf,
-        -K,
-        np.zeros((1, len(plant.sensors))),
-        inputs=list(plant.sensors),
-        outputs=[TORQUE],
-        states=[f"{name}_estimate" for name in plant.system.state_labels],
-        name="lqg",
-    )
+    system = observer_feedback(plant, K, Kf, "lqg")
     closed = plant.close(system)
     achieved = h2_cost(closed.A, closed.B, closed.C)
     certificate = _certificate(plant, regulator, observer, closed.A, achieved)
     gains = {"state_feedback": K, "observer": Kf}
     return Controller(system, "lqg", gains, achieved.value, certificate)
+
+
+def observer_feedback(
+    plant: GeneralisedPlant, K: Array, Kf: Array, name: str
+) -> control.StateSpace:
+    """Return u = −K x̂ with the observer x̂' = A x̂ + B₂ u + K_f (y − C₂ x̂), named.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+    K, Kf : ndarray, shapes (1, n) and (n, sensors)
+    name : str
+    """
+    return control.StateSpace(
+        plant.A - plant.B2 @ K - Kf @ plant.C2,
+        Kf,
+        -K,
+        np.zeros((1, len(plant.sensors))),
+        inputs=list(plant.sensors),
+        outputs=[plant.actuator],
+        states=[f"{state}_estimate" for state in plant.system.state_labels],
+        name=name,
+    )
 
 
 def _certificate(

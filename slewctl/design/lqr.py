@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slewctl._types import ComplexArray
+from slewctl._types import Array, ComplexArray
 from slewctl.errors import DesignError
 from slewctl.linalg import RiccatiSolution, solve_riccati, unobservable_modes
 from slewctl.plant import GeneralisedPlant
@@ -27,15 +27,8 @@ def lqr(plant: GeneralisedPlant) -> RiccatiSolution:
     DesignError
         If a mode that is not stable by itself is not penalised or not reached by the torque.
     """
-    A, B = plant.A, plant.B2
-    _refuse(
-        unobservable_modes(A, plant.C1),
-        "is not penalised",
-        "limits",
-        "add a limit that moves with it, such as limits.tip or limits.theta",
-    )
-    _refuse(unobservable_modes(A.T, B.T), "is not reached by the torque", "torque", "leave it out")
-    return solve_riccati(A, B, plant.C1.T @ plant.C1, plant.D12.T @ plant.D12)
+    _check_regulator(plant)
+    return solve_riccati(plant.A, plant.B2, plant.C1.T @ plant.C1, plant.D12.T @ plant.D12)
 
 
 def kalman(plant: GeneralisedPlant) -> RiccatiSolution:
@@ -55,18 +48,46 @@ def kalman(plant: GeneralisedPlant) -> RiccatiSolution:
     DesignError
         If a mode that is not stable by itself is not seen by the sensors.
     """
-    A, C = plant.A, plant.C2
+    _check_filter(plant)
+    return solve_riccati(plant.A.T, plant.C2.T, plant.B1 @ plant.B1.T, plant.D21 @ plant.D21.T)
+
+
+def check_assumptions(plant: GeneralisedPlant) -> None:
+    """Raise `DesignError` where `lqr` or `kalman` would."""
+    _check_regulator(plant)
+    _check_filter(plant)
+
+
+def _check_regulator(plant: GeneralisedPlant) -> None:
     _refuse(
-        unobservable_modes(A, C),
+        plant.A,
+        unobservable_modes(plant.A, plant.C1),
+        "is not penalised",
+        "limits",
+        "add a limit that moves with it, such as limits.tip or limits.theta",
+    )
+    _refuse(
+        plant.A,
+        unobservable_modes(plant.A.T, plant.B2.T),
+        "is not reached by the torque",
+        "torque",
+        "leave it out",
+    )
+
+
+def _check_filter(plant: GeneralisedPlant) -> None:
+    _refuse(
+        plant.A,
+        unobservable_modes(plant.A, plant.C2),
         "is not seen by any sensor",
         "noise",
-        "add a sensor such as noise.theta",
+        "add a sensor of the angle itself, such as noise.theta",
     )
-    return solve_riccati(A.T, C.T, plant.B1 @ plant.B1.T, plant.D21 @ plant.D21.T)
 
 
-def _refuse(modes: ComplexArray, what: str, where: str, remedy: str) -> None:
+def _refuse(A: Array, modes: ComplexArray, what: str, where: str, remedy: str) -> None:
     if len(modes):
-        frequency = np.abs(modes).min() / (2 * np.pi)
-        mode = "the rigid-body rotation" if frequency < 1e-6 else f"the mode at {frequency:.4g} Hz"
+        slowest = np.abs(modes).min()
+        rigid = slowest <= 1e-9 * np.abs(np.linalg.eigvals(A)).max()
+        mode = "the rigid-body rotation" if rigid else f"the mode at {slowest / (2 * np.pi):.4g} Hz"
         raise DesignError(f"{mode} {what}", where=where, remedy=remedy)

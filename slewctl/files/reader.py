@@ -6,22 +6,45 @@ A design file describes; it runs no code.
 from __future__ import annotations
 
 import tomllib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any
 
-from pydantic import ValidationError
-
-from slewctl.arm import Arm, Beam, Hub, Payload, ProfileSpec, Stations, catalogue
+from slewctl.arm import (
+    Arm,
+    Beam,
+    Hub,
+    KelvinVoigt,
+    Motor,
+    Payload,
+    ProfileSpec,
+    Rayleigh,
+    Stations,
+    catalogue,
+)
 from slewctl.check import check_limits
 from slewctl.compare import Case
-from slewctl.errors import InputError, SlewctlError, check_number, suggest
-from slewctl.files.schema import ArmTable, ControllerTable, DesignTable, Table
+from slewctl.errors import InputError, SlewctlError, check_choice, check_number
+from slewctl.files.refusals import validate
+from slewctl.files.schema import (
+    ArmTable,
+    ControllerTable,
+    DesignTable,
+    KelvinVoigtTable,
+    RayleighTable,
+    Table,
+)
 from slewctl.loop import Slew
 from slewctl.plant import Objective
+from slewctl.plant.signals import check_signals
 
-T = TypeVar("T", bound=Table)
+# Kind of damping law: the table that describes it, and the law.
+_LAWS: dict[str, tuple[type[Table], type[Rayleigh | KelvinVoigt]]] = {
+    "rayleigh": (RayleighTable, Rayleigh),
+    "kelvin-voigt": (KelvinVoigtTable, KelvinVoigt),
+}
 
 
 @dataclass(frozen=True)
@@ -61,7 +84,7 @@ def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
             found.append(path)
         else:
             raise InputError("no such file or folder", where=str(path), remedy="check the path")
-    return tuple(dict.fromkeys(found))
+    return tuple({path.resolve(): path for path in found}.values())
 
 
 def read_design(path: Path) -> DesignFile:
@@ -73,14 +96,16 @@ def read_design(path: Path) -> DesignFile:
         If the file cannot be read, is not TOML, or has an unknown key or an impossible
         value; the message names file, key and remedy.
     """
-    table = _validate(path, _parse(path), DesignTable)
+    content = _parse(path)
     try:
+        table = validate(content, DesignTable)
         limits = check_limits(table.requirements)
+        arm = _arm(table.arm)
         case = Case(
             name=path.stem,
             source=str(path),
-            arm=_arm(table.arm),
-            objective=_objective(table.controller),
+            arm=arm,
+            objective=_objective(table.controller, arm),
             basis=table.model.basis,
             n=table.model.n,
             method=table.controller.method,
@@ -95,6 +120,26 @@ def read_design(path: Path) -> DesignFile:
     return DesignFile(path, case, {name: table.requirements[name] for name in limits})
 
 
+def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
+    """Return the designs in files and folders, each with a name of its own.
+
+    Files with the same stem are told apart by their folders.
+
+    Raises
+    ------
+    InputError
+        As `find_designs` and `read_design`.
+    """
+    designs = [read_design(path) for path in find_designs(paths)]
+    stems = Counter(design.case.name for design in designs)
+    return tuple(
+        replace(design, case=replace(design.case, name="/".join(design.path.parts[-2:])))
+        if stems[design.case.name] > 1
+        else design
+        for design in designs
+    )
+
+
 def read_arm(path: Path) -> Arm:
     """Return the arm that the ``[arm]`` table of a TOML file describes.
 
@@ -106,64 +151,42 @@ def read_arm(path: Path) -> Arm:
     content = _parse(path)
     if "arm" not in content:
         raise InputError("no [arm] table", where=str(path), remedy="add one")
-    table = _validate(path, content["arm"], ArmTable, ("arm",))
     try:
-        return _arm(table)
+        return _arm(validate(content["arm"], ArmTable, ("arm",)))
     except SlewctlError as error:
         raise error.within(str(path)) from error
 
 
 def _parse(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise InputError(
             f"cannot be read: {reason}", where=str(path), remedy="check the path"
         ) from error
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"not valid TOML: {error}", where=str(path)) from error
+        raise InputError(
+            f"not valid TOML: {error}",
+            where=str(path),
+            remedy='mend that line; a key with @ wants quotes, as in "moment@50mm" = 1.0',
+        ) from error
 
 
-def _validate(path: Path, content: object, kind: type[T], prefix: tuple[str, ...] = ()) -> T:
+def _objective(table: ControllerTable, arm: Arm) -> Objective:
     try:
-        return kind.model_validate(content)
-    except ValidationError as error:
-        # The first wrong key is the one to mend first.
-        raise _refusal(path, kind, prefix, error.errors(include_url=False)[0]) from None
-
-
-def _refusal(
-    path: Path, kind: type[Table], prefix: tuple[str, ...], error: Mapping[str, Any]
-) -> InputError:
-    """Return pydantic's finding in this project's words."""
-    place = tuple(str(part) for part in error["loc"])
-    key = ".".join((*prefix, *place))
-    if error["type"] == "extra_forbidden":
-        remedy = suggest(place[-1], _known_keys(kind, place[:-1]))
-        return InputError("unknown key", where=f"{path}: {key}", remedy=remedy)
-    if error["type"] == "missing":
-        return InputError("missing", where=f"{path}: {key}", remedy="add it")
-    wanted = str(error["msg"]).removeprefix("Input should be ")
-    return InputError(
-        f"{error['input']!r} is not allowed", where=f"{path}: {key}", remedy=f"give {wanted}"
-    )
-
-
-def _known_keys(kind: type[Table], place: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the keys that the table at `place` knows."""
-    for part in place:
-        annotation = kind.model_fields[part].annotation
-        options = (annotation, *get_args(annotation))
-        kind = next(t for t in options if isinstance(t, type) and issubclass(t, Table))
-    return tuple(kind.model_fields)
-
-
-def _objective(table: ControllerTable) -> Objective:
-    try:
-        return Objective(table.limits, table.noise)
+        objective = Objective(table.limits, table.noise)
+        for where, names in (("limits", objective.performance), ("noise", objective.sensors)):
+            check_signals(names, where, arm.beam)
     except InputError as error:
         raise error.within("controller", ".") from error
+    if objective.actuator == "voltage" and arm.motor is None:
+        raise InputError(
+            "the arm has no motor",
+            where="controller.limits.voltage",
+            remedy="add [arm.motor], or limit the torque instead",
+        )
+    return objective
 
 
 def _arm(table: ArmTable) -> Arm:
@@ -183,13 +206,28 @@ def _arm(table: ArmTable) -> Arm:
         arm = Arm(beam)
     else:
         arm = catalogue.get(str(table.catalogue))
+    ratio = table.damping_ratio
     return replace(
         arm,
         hub=Hub(**table.hub.model_dump()) if table.hub else arm.hub,
         payload=Payload(**table.payload.model_dump()) if table.payload else arm.payload,
-        damping_ratio=arm.damping_ratio if table.damping_ratio is None else table.damping_ratio,
+        damping_ratio=arm.damping_ratio if ratio is None else ratio,
+        damping=arm.damping if table.damping is None else _damping(table.damping),
+        motor=Motor(**table.motor.model_dump()) if table.motor else arm.motor,
         name=table.name or arm.name,
     )
+
+
+def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:
+    """Return the damping law of ``[arm.damping]``, whose kind says which keys it takes."""
+    if "kind" not in content:
+        raise InputError(
+            "missing", where="arm.damping.kind", remedy=f"add it, one of {', '.join(_LAWS)}"
+        )
+    kind = check_choice(content["kind"], _LAWS, "arm.damping.kind")
+    table, law = _LAWS[kind]
+    keys = validate(content, table, ("arm", "damping")).model_dump(exclude={"kind"})
+    return law(**keys)
 
 
 def _profile(value: object, where: str) -> ProfileSpec:

@@ -11,6 +11,7 @@ from slewctl.compare import Case
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Efficiency = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
 
 
@@ -47,15 +48,50 @@ class PayloadTable(Table):
     inertia: NonNegative = 0.0
 
 
+class RayleighTable(Table):
+    """``[arm.damping]`` with kind = "rayleigh"."""
+
+    kind: str
+    alpha: NonNegative = 0.0
+    beta: NonNegative = 0.0
+
+
+class KelvinVoigtTable(Table):
+    """``[arm.damping]`` with kind = "kelvin-voigt"."""
+
+    kind: str
+    retardation_time: NonNegative
+
+
+class MotorTable(Table):
+    """``[arm.motor]``."""
+
+    resistance: Positive
+    torque_constant: Positive
+    back_emf_constant: NonNegative
+    gear_ratio: Positive = 1.0
+    gear_efficiency: Efficiency = 1.0
+    motor_efficiency: Efficiency = 1.0
+    rotor_inertia: NonNegative = 0.0
+    torque_limit: Positive | None = None
+    voltage_limit: Positive | None = None
+
+
 class ArmTable(Table):
-    """``[arm]``: a catalogue arm, changed where keys are given, or a full description."""
+    """``[arm]``: a catalogue arm, changed where keys are given, or a full description.
+
+    The reader checks the damping ratio (one, or a list) and the table of the damping law,
+    whose keys depend on its kind.
+    """
 
     catalogue: str | None = None
     name: str | None = None
     beam: BeamTable | None = None
     hub: HubTable | None = None
     payload: PayloadTable | None = None
-    damping_ratio: Annotated[float, Field(ge=0, lt=1)] | None = None
+    motor: MotorTable | None = None
+    damping: dict[str, Any] | None = None
+    damping_ratio: Any = None
 
 
 class ModelTable(Table):
@@ -104,4 +140,5 @@ class DesignTable(Table):
     slew: SlewTable
     truth: TruthTable = TruthTable()
     compare: CompareTable = CompareTable()
-    requirements: dict[str, Finite | bool] = {}
+    # The check room knows the requirements and refuses what is none.
+    requirements: dict[str, Any] = {}

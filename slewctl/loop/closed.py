@@ -15,7 +15,7 @@ from slewctl.linalg import H2Cost, h2_cost, stability_threshold
 from slewctl.loop.frequency import FrequencyResponse
 from slewctl.loop.margins import Margins, classical_margins
 from slewctl.model import Model
-from slewctl.plant import TORQUE, GeneralisedPlant, Objective, generalised_plant
+from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
 
 
 class UnstableLoopError(SlewctlError):
@@ -71,18 +71,19 @@ class Loop:
 
     @cached_property
     def return_ratio(self) -> control.StateSpace:
-        """L = −K(s)G(s), the loop broken at the torque; stability means 1 + L ≠ 0."""
+        """L = −K(s)G(s), the loop broken at the actuator; stability means 1 + L ≠ 0."""
         G, K = self.plant.control_path, self.controller.system
         B = np.vstack([G.B, np.zeros((K.nstates, 1))])
         A = np.block([[G.A, np.zeros((G.nstates, K.nstates))], [np.asarray(K.B) @ G.C, K.A]])
         C = -np.hstack([np.asarray(K.D) @ G.C, K.C])
+        actuator = self.objective.actuator
         return control.StateSpace(
-            A, B, C, np.zeros((1, 1)), inputs=[TORQUE], outputs=["returned_torque"], name="L"
+            A, B, C, np.zeros((1, 1)), inputs=[actuator], outputs=[f"returned_{actuator}"], name="L"
         )
 
     @cached_property
     def margins(self) -> Margins:
-        """Classical margins at the torque.
+        """Classical margins at the actuator.
 
         Raises
         ------
@@ -103,7 +104,7 @@ class Loop:
         """
         self.require_stable("an H2 cost")
         if np.any(np.asarray(self.system.D)):
-            return H2Cost(np.inf, 0.0)  # sensor noise passes straight to the torque
+            return H2Cost(np.inf, 0.0)  # sensor noise passes straight to the actuator
         return h2_cost(*(np.asarray(getattr(self.system, name)) for name in "ABC"))
 
     def response(self, omega: Array) -> ComplexArray:
@@ -115,8 +116,10 @@ class Loop:
         if not self.stable:
             return f"UNSTABLE at {self.unstable_hz[0]:.4g} Hz (an unstable loop has no margins)"
         m = self.margins
+        doubt = "" if m.confirmed else " (margins NOT confirmed)"
+        doubt += "" if self.controller.certificate.verified else " (design NOT verified)"
         return (
-            f"stable: gain margin {m.gain_db.value:.2f} dB, phase margin "
+            f"stable{doubt}: gain margin {m.gain_db.value:.2f} dB, phase margin "
             f"{m.phase_deg.value:.1f} deg, H2 cost {self.h2.value:.4g}"
         )
 
@@ -136,8 +139,16 @@ def close(model: Model, objective: Objective, controller: Controller) -> Loop:
     Raises
     ------
     InputError
-        If the controller takes other sensors than the objective names.
+        If the controller takes other sensors than the objective names, or commands another
+        actuator.
     """
+    commanded = controller.system.output_labels[0]
+    if commanded != objective.actuator:
+        raise InputError(
+            f"the controller commands {commanded!r}, the objective limits {objective.actuator!r}",
+            where="close",
+            remedy="use the objective that the controller was designed for",
+        )
     if controller.sensors != objective.sensors:
         raise InputError(
             f"the controller takes {list(controller.sensors)}, the objective measures "

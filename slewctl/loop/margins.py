@@ -21,6 +21,7 @@ from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError
 from slewctl.linalg import balance
 from slewctl.loop.frequency import FrequencyResponse
+from slewctl.loop.peaks import peak_gain
 
 # Candidates this far from the imaginary axis, relative, are still looked at: a loose test
 # costs evaluations, a tight one would lose close pairs of crossings.
@@ -64,6 +65,12 @@ class Margins:
         Smallest added delay that reaches it.
     gain_crossings_hz : tuple of float
         All frequencies where |L| = 1.
+    modulus : Crossing
+        min |1 + L|: distance of the Nyquist curve from −1.
+    disk : Crossing
+        α of the symmetric disk margin: gain may change by any factor between
+        (2 − α)/(2 + α) and its inverse, and phase by 2 arctan(α/2), also together (Seiler,
+        Packard and Gahinet, IEEE Control Systems Magazine 40(5), 2020).
     confirmed : bool
         Whether the closed loop was found stable at gains and phases throughout the margins
         and unstable just outside of each finite one.
@@ -74,6 +81,8 @@ class Margins:
     phase_deg: Crossing
     delay_s: Crossing
     gain_crossings_hz: tuple[float, ...]
+    modulus: Crossing
+    disk: Crossing
     confirmed: bool
 
 
@@ -115,6 +124,8 @@ def classical_margins(loop: control.StateSpace) -> Margins:
         turn,
         delay,
         tuple(float(w) / (2 * np.pi) for w in gain),
+        _distance(A, B, C, 0.0),
+        _distance(A, B, C, 0.5),
         _confirmed(A, B, C, up[0], down[0], np.radians(turn.value)),
     )
 
@@ -252,6 +263,13 @@ def _phase_margins(response: FrequencyResponse, gain: Array) -> tuple[Crossing, 
         Crossing(float(np.degrees(turn[k])), float(gain[k] / (2 * np.pi))),
         Crossing(float(delay[j]), float(gain[j] / (2 * np.pi))),
     )
+
+
+def _distance(A: Array, B: Array, C: Array, shift: float) -> Crossing:
+    """Return 1/‖S − shift‖∞ with the sensitivity S = 1/(1 + L)."""
+    peak = peak_gain(control.StateSpace(A - B @ C, B, -C, [[1.0 - shift]]))
+    hertz = peak.omega / (2 * np.pi) if np.isfinite(peak.omega) else None
+    return Crossing(1 / peak.value, hertz)
 
 
 def _decibel(factor: float) -> float:

@@ -6,13 +6,17 @@ from dataclasses import dataclass
 
 import control
 import numpy as np
+from scipy.linalg import expm
 
 from slewctl._types import Array, BoolArray
-from slewctl.errors import check_number, check_positive
+from slewctl.errors import InputError, check_count, check_number, check_positive
 from slewctl.loop.closed import Loop
-from slewctl.plant import SIGNALS, TORQUE, state_space
+from slewctl.plant import state_space
+from slewctl.plant.signals import TORQUE, signal
 
-_WATCHED = ("theta", "tip", "tip_deflection")
+# The summary looks between the points of the curves.
+_OVERSAMPLING = 4
+_WATCHED = ("theta", "theta_dot", "tip", "tip_deflection")
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,12 @@ class Slew:
     duration_s : float
         Time that the reference takes.
     horizon_s : float, optional
-        Time simulated; by default three times the duration.
+        Time simulated, longer than the duration; by default three times as long.
+
+    Raises
+    ------
+    InputError
+        For no turn, or times that are not positive or too short.
     """
 
     angle_deg: float
@@ -34,10 +43,17 @@ class Slew:
     horizon_s: float | None = None
 
     def __post_init__(self) -> None:
-        check_positive(abs(check_number(self.angle_deg, "slew.angle_deg")), "|slew.angle_deg|")
+        if check_number(self.angle_deg, "slew.angle_deg") == 0:
+            raise InputError("no turn", where="slew.angle_deg", remedy="give an angle")
         check_positive(self.duration_s, "slew.duration_s")
         if self.horizon_s is not None:
             check_positive(self.horizon_s, "slew.horizon_s")
+            if self.horizon_s <= self.duration_s:
+                raise InputError(
+                    f"{self.horizon_s:g} s ends before the slew of {self.duration_s:g} s",
+                    where="slew.horizon_s",
+                    remedy="make it longer than slew.duration_s",
+                )
 
     @property
     def end(self) -> float:
@@ -57,7 +73,7 @@ class Slew:
 
 @dataclass(frozen=True)
 class SlewSummary:
-    """A slew in three numbers.
+    """A slew in a few numbers.
 
     Attributes
     ----------
@@ -66,12 +82,19 @@ class SlewSummary:
     residual_m : float
         Largest tip error after the reference has come to rest; infinite if it never does.
     peak_torque : float
-        Largest |torque| in N·m.
+        Largest |torque| on the hub in N·m.
+    peak_voltage : float or None
+        Largest |voltage| in V; None for an arm without a motor.
+    saturates : bool
+        Whether a peak exceeds the motor's torque or voltage limit: the slew as simulated,
+        which knows no limits, is then not what the arm would do.
     """
 
     settling_time_s: float
     residual_m: float
     peak_torque: float
+    peak_voltage: float | None = None
+    saturates: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +106,9 @@ class SlewResponse:
     t : ndarray
         Times in s.
     theta, tip, tip_deflection, torque : ndarray
-        rad, m, m and N·m.
+        rad, m, m and N·m; the torque is that on the hub.
+    actuator : ndarray
+        What the controller commands: the torque, or the motor's voltage in V.
     tip_reference : ndarray
         (r + L) θ_ref in m.
     summary : SlewSummary
@@ -94,6 +119,7 @@ class SlewResponse:
     tip: Array
     tip_deflection: Array
     torque: Array
+    actuator: Array
     tip_reference: Array
     summary: SlewSummary
 
@@ -102,59 +128,138 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 601) -> SlewResponse:
     """Return the response of a stable loop to `slew`.
 
     The controller is given y − y_ref, where y_ref is what each sensor would read on a rigid
-    arm; the torque J θ̈_ref that would turn the rigid arm is added.
+    arm; the torque J θ̈_ref + c θ̇_ref that would turn the rigid arm is added, or the voltage
+    that makes the motor give it.  c is the drag on the rigid rotation: the friction at the
+    hub and the mass-proportional damping.
 
     Parameters
     ----------
     loop : Loop
     slew : Slew
     points : int
-        Number of times; between them the inputs are taken as linear.
+        Number of times of the curves, at least 3; the response is exact at each of them.
+        The summary is read from four times as many.
 
     Raises
     ------
     UnstableLoopError
         If the loop is unstable.
+    InputError
+        For less than three points.
     """
     loop.require_stable("a slew response")
-    t = np.linspace(0.0, slew.end, points)
-    angle, rate, acceleration = slew.reference(t)
-    system = _tracking_system(loop)
-    forward = loop.model.mass[0, 0] * acceleration + loop.model.arm.hub.friction * rate
-    inputs = np.vstack([*_rigid_readings(loop, angle, rate, acceleration), forward])
-    outputs = control.forced_response(system, t, inputs).outputs
-    theta, tip, deflection, torque = outputs
+    check_count(points, "points", 3)
+    t, outputs = _propagated(loop, slew, _OVERSAMPLING * (points - 1))
+    theta, theta_dot, tip, deflection, actuator = outputs
+    torque, voltage = _torque_and_voltage(loop, actuator, theta_dot)
     reach = loop.model.arm.hub.radius + loop.model.arm.beam.length
     travel = reach * np.radians(slew.angle_deg)
-    summary = _summary(t, tip - travel, abs(travel), torque, t >= slew.duration_s)
-    return SlewResponse(t, theta, tip, deflection, torque, reach * angle, summary)
-
-
-def _summary(
-    t: Array, error: Array, travel: float, torque: Array, resting: BoolArray
-) -> SlewSummary:
-    outside = np.flatnonzero(np.abs(error) > 0.02 * travel)
-    settled = int(outside[-1]) + 1 if len(outside) else 0
-    return SlewSummary(
-        settling_time_s=float(t[settled]) if settled < len(t) else np.inf,
-        residual_m=float(np.abs(error[resting]).max()) if resting.any() else np.inf,
-        peak_torque=float(np.abs(torque).max()),
+    settled = _settling(t, tip - travel, abs(travel), t >= slew.duration_s)
+    summary = _summary(loop, settled, torque, voltage)
+    kept = slice(None, None, _OVERSAMPLING)
+    wanted = reach * slew.reference(t)[0]
+    return SlewResponse(
+        t[kept],
+        theta[kept],
+        tip[kept],
+        deflection[kept],
+        torque[kept],
+        actuator[kept],
+        wanted[kept],
+        summary,
     )
 
 
-def _rigid_readings(loop: Loop, angle: Array, rate: Array, acceleration: Array) -> list[Array]:
+def _propagated(loop: Loop, slew: Slew, steps: int) -> tuple[Array, Array]:
+    """Return times and outputs of the tracking loop, exact at the times.
+
+    The reference is a polynomial in time: with its five derivatives as further states the
+    loop runs by itself, and its matrix exponential is exact however coarse the times are.
+    """
+    system = _tracking_system(loop)
+    T, angle = slew.duration_s, np.radians(slew.angle_deg)
+    # Derivative k of the reference is angle/T^k times state k.
+    motion = [angle, angle / T, angle / T**2]
+    drive = np.zeros((system.ninputs, 6))
+    for k, size in enumerate(motion):
+        unit = [size * float(j == k) for j in range(3)]
+        drive[:, k] = [*_rigid_readings(loop, *unit), _feedforward(loop, *unit[1:])]
+    A, B, C, D = (np.asarray(getattr(system, name)) for name in "ABCD")
+    n = len(A)
+    whole = np.block([[A, B @ drive], [np.zeros((6, n)), np.eye(6, k=1) / T]])
+    out = np.hstack([C, D @ drive])
+    moving = max(round(steps * T / slew.end / _OVERSAMPLING), 1) * _OVERSAMPLING
+    state = np.concatenate([np.zeros(n), [0, 0, 0, 60, -360, 720]])
+    states = [state]
+    for count, span in ((moving, T), (max(steps - moving, 1), slew.end - T)):
+        step = expm(whole * (span / count))
+        for _ in range(count):
+            states.append(step @ states[-1])
+        # Come to rest: the derivatives of the reference end where it does.
+        states[-1] = np.concatenate([states[-1][:n], [1.0, 0, 0, 0, 0, 0]])
+    t = np.concatenate(
+        [np.linspace(0, T, moving + 1), np.linspace(T, slew.end, max(steps - moving, 1) + 1)[1:]]
+    )
+    return t, out @ np.array(states).T
+
+
+def _feedforward(loop: Loop, rate: float, acceleration: float) -> float:
+    """Return the actuator's signal that would turn the rigid arm along the reference."""
+    model = loop.model
+    # The first rows of M and D are those of the rigid rotation.
+    torque = model.mass[0, 0] * acceleration + model.damping[0, 0] * rate
+    motor = model.arm.motor
+    if loop.objective.actuator == TORQUE or motor is None:
+        return float(torque)
+    return float(motor.voltage(torque, rate))
+
+
+def _torque_and_voltage(loop: Loop, actuator: Array, rate: Array) -> tuple[Array, Array | None]:
+    """Return the torque on the hub and the motor's voltage, if the arm has a motor."""
+    motor = loop.model.arm.motor
+    if motor is None:
+        return actuator, None
+    if loop.objective.actuator == TORQUE:
+        return actuator, motor.voltage(actuator, rate)
+    return motor.torque(actuator, rate), actuator
+
+
+def _settling(t: Array, error: Array, travel: float, resting: BoolArray) -> tuple[float, float]:
+    """Return the settling time and the residual (see `SlewSummary`)."""
+    outside = np.flatnonzero(np.abs(error) > 0.02 * travel)
+    settled = int(outside[-1]) + 1 if len(outside) else 0
+    return (
+        float(t[settled]) if settled < len(t) else np.inf,
+        float(np.abs(error[resting]).max()) if resting.any() else np.inf,
+    )
+
+
+def _summary(
+    loop: Loop, settled: tuple[float, float], torque: Array, voltage: Array | None
+) -> SlewSummary:
+    motor = loop.model.arm.motor
+    peak_torque = float(np.abs(torque).max())
+    if motor is None or voltage is None:
+        return SlewSummary(*settled, peak_torque)
+    peak_voltage = float(np.abs(voltage).max())
+    saturates = motor.saturates(peak_torque, peak_voltage)
+    return SlewSummary(*settled, peak_torque, peak_voltage, saturates)
+
+
+def _rigid_readings(loop: Loop, angle: float, rate: float, acceleration: float) -> list[float]:
     """Return what each sensor would read if the arm were rigid."""
     motion = {"displacement": angle, "rate": rate, "acceleration": acceleration}
     readings = []
     for name in loop.controller.sensors:
-        signal = SIGNALS[name]
-        readings.append(signal.row(loop.model)[0] * motion[signal.of])
+        sensor = signal(name, beam=loop.model.arm.beam)
+        readings.append(float(sensor.row(loop.model)[0] * motion[sensor.of]))
     return readings
 
 
 def _tracking_system(loop: Loop) -> control.StateSpace:
-    """Return the loop from [sensor references, added torque] to [θ, tip, deflection, torque]."""
-    watched = state_space(loop.model, _WATCHED, coordinates="modal")
+    """Return the loop from [sensor references, feedforward] to [θ, θ̇, tip, v(L), actuator]."""
+    actuator = loop.objective.actuator
+    watched = state_space(loop.model, _WATCHED, input=actuator, coordinates="modal")
     G, K = loop.plant.control_path, loop.controller.system
     Ak, Bk, Ck, Dk = (np.asarray(m) for m in (K.A, K.B, K.C, K.D))
     B, C = np.asarray(G.B), np.asarray(G.C)
@@ -170,6 +275,6 @@ def _tracking_system(loop: Loop) -> control.StateSpace:
         inputs,
         outputs,
         through,
-        inputs=[*(f"{name}_ref" for name in loop.controller.sensors), "torque_forward"],
-        outputs=[*_WATCHED, TORQUE],
+        inputs=[*(f"{name}_ref" for name in loop.controller.sensors), f"{actuator}_forward"],
+        outputs=[*_WATCHED, actuator],
     )

@@ -1,6 +1,29 @@
-"""Models of an arm: quadrature, assembly of M, D, K and b, and the converged truth."""
+"""Models of an arm: quadrature, assembly of M, D, K and b, the truth, and fits to measurement."""
 
 from slewctl.model.assembly import Model, assemble
+from slewctl.model.fit import fit
+from slewctl.model.fit_result import Estimate, Fit
+from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies, hub_locked_frequencies_hz
+from slewctl.model.nonlinear import LargeDeflectionError, NonlinearModel, large_slew
+from slewctl.model.spin import SpinSofteningWarning, critical_spin_rad_s, spin_frequencies_hz
 from slewctl.model.truth import Truth, truth
 
-__all__ = ["Model", "Truth", "assemble", "truth"]
+__all__ = [
+    "BOUNDARIES",
+    "Estimate",
+    "Fit",
+    "Frequencies",
+    "LargeDeflectionError",
+    "Model",
+    "NonlinearModel",
+    "SpinSofteningWarning",
+    "Truth",
+    "assemble",
+    "critical_spin_rad_s",
+    "fit",
+    "frequencies",
+    "hub_locked_frequencies_hz",
+    "large_slew",
+    "spin_frequencies_hz",
+    "truth",
+]

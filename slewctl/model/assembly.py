@@ -117,9 +117,10 @@ def assemble(arm: Arm, basis: Basis) -> Model:
     Returns
     -------
     Model
-        With J, Φ̃, M_e and K_e of eq. 33 and 35 extended by the hub's inertia and radius
-        and the payload's mass and inertia; modal damping ``arm.damping_ratio`` on every
-        flexible mode and ``arm.hub.friction`` on θ.  The integrals are exact to rounding
+        With J, Φ̃, M_e and K_e of eq. 33 and 35 extended by the hub's inertia (with the
+        motor's rotor) and radius and the payload's mass and inertia; modal damping
+        ``arm.damping_ratio`` on the flexible modes, the law ``arm.damping``, and
+        ``arm.hub.friction`` on θ.  The integrals are exact to rounding
         for polynomial and tabulated profiles; for a callable they are refined until they
         settle, and `Model.quadrature_error` says how far.
 
@@ -201,7 +202,7 @@ def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
     tip_rows = np.column_stack([[r + L], basis.evaluate(tip)])
     turn_rows = np.column_stack([[1.0], basis.evaluate(tip, 1) / L])
     hub_row = np.zeros((1, basis.n + 1))
-    hub_row[0, 0] = math.sqrt(arm.hub.inertia)
+    hub_row[0, 0] = math.sqrt(arm.hub_inertia)
     mass = np.vstack(
         [
             mass_root[:, None] * beam_rows,
@@ -223,15 +224,26 @@ def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
     mass = parts.mass.T @ parts.mass
     stiffness = np.zeros((n + 1, n + 1))
     stiffness[1:, 1:] = parts.stiffness.T @ parts.stiffness
-    # Modal damping D = M U diag(2ζω) UᵀM; its θ row vanishes, since turning the arm
-    # as a rigid body bends nothing, and is set to exactly zero.
-    momenta = (mass @ modes[:, 1:])[1:] * np.sqrt(2 * arm.damping_ratio * omega)
-    damping = np.zeros_like(mass)
-    damping[1:, 1:] = momenta @ momenta.T
-    damping[0, 0] = arm.hub.friction
+    damping = _damping(arm, mass, stiffness, omega, modes)
     force = np.zeros(n + 1)
     force[0] = 1.0
     return Model(arm, basis, mass, damping, stiffness, force, omega, modes, parts.quadrature_error)
+
+
+def _damping(arm: Arm, mass: Array, stiffness: Array, omega: Array, modes: Array) -> Array:
+    """Return D: modal damping, the arm's damping law and the friction at its hub.
+
+    Modal damping is M U diag(2ζω) UᵀM; its θ row vanishes, since turning the arm as a rigid
+    body bends nothing, and is set to exactly zero.
+    """
+    momenta = (mass @ modes[:, 1:])[1:] * np.sqrt(2 * arm.damping_ratios(len(omega)) * omega)
+    damping = np.zeros_like(mass)
+    damping[1:, 1:] = momenta @ momenta.T
+    if arm.damping is not None:
+        alpha, beta = arm.damping.coefficients
+        damping += alpha * mass + beta * stiffness
+    damping[0, 0] += arm.hub.friction
+    return damping
 
 
 def _modes(parts: Factors) -> tuple[Array, Array]:

@@ -1,7 +1,20 @@
 """State-space models with named signals, and the generalised plant w, u → z, y."""
 
+from slewctl.plant.nonlinear import nonlinear_system
 from slewctl.plant.problem import GeneralisedPlant, Objective, generalised_plant
-from slewctl.plant.signals import SIGNALS, TORQUE
+from slewctl.plant.signals import ACTUATORS, SIGNALS, TORQUE, VOLTAGE, Signal, signal
 from slewctl.plant.statespace import state_space
 
-__all__ = ["SIGNALS", "TORQUE", "GeneralisedPlant", "Objective", "generalised_plant", "state_space"]
+__all__ = [
+    "ACTUATORS",
+    "SIGNALS",
+    "TORQUE",
+    "VOLTAGE",
+    "GeneralisedPlant",
+    "Objective",
+    "Signal",
+    "generalised_plant",
+    "nonlinear_system",
+    "signal",
+    "state_space",
+]

@@ -1,15 +1,16 @@
 """The generalised plant of a disturbance-rejection problem on an arm.
 
                  ┌───────────────────┐
-    w_torque ───►│                   ├───► z_<output>  = output / largest acceptable value
-    w_<sensor> ─►│         P         ├───► z_torque    = torque / largest acceptable value
+    w_torque ───►│                   ├───► z_<output>   = output / largest acceptable value
+    w_<sensor> ─►│         P         ├───► z_<actuator> = actuator / largest acceptable value
                  │                   │
-    torque ─────►│                   ├───► <sensor>    = measurement + noise
+    <actuator> ─►│                   ├───► <sensor>     = measurement + noise
                  └───────────────────┘
 
-The disturbances w are independent white noises of unit intensity; the controller feeds
-the sensors back to the torque so that the H2 norm from w to z is small.  Its square is
-the stationary mean of Σ z².
+The actuator is the ``torque`` on the hub or the ``voltage`` of the motor.  The
+disturbances w are independent white noises of unit intensity; the controller feeds the
+sensors back to the actuator so that the H2 norm from w to z is small.  Its square is the
+stationary mean of Σ z².
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ import control
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.errors import InputError, check_positive, shown
+from slewctl.errors import InputError, check_choice, check_positive, shown
 from slewctl.model import Model
-from slewctl.plant.signals import TORQUE, check_signals
-from slewctl.plant.statespace import state_space
+from slewctl.plant.signals import ACTUATORS, SIGNALS, TORQUE, check_signals
+from slewctl.plant.statespace import Actuator, drive, state_space
 
 
 @dataclass(frozen=True)
@@ -34,18 +35,19 @@ class Objective:
     Parameters
     ----------
     limits : mapping of str to float
-        Largest acceptable value of outputs and of ``torque`` (Bryson's rule): each enters
-        the cost divided by it.  ``torque`` is required.
+        Largest acceptable value of outputs and of the actuator (Bryson's rule): each enters
+        the cost divided by it.  Exactly one of ``torque`` (N·m) and ``voltage`` (V) is
+        required: the one that the controller commands.
     noise : mapping of str to float
-        Square root of the two-sided spectral density of the torque disturbance
-        (N·m/√Hz) and of each sensor's noise (its unit/√Hz).  The sensors named here are
-        the measurements.
+        Square root of the two-sided spectral density of the torque disturbance on the hub
+        (N·m/√Hz), whatever the actuator, and of each sensor's noise (its unit/√Hz).  The
+        sensors named here are the measurements.
 
     Raises
     ------
     InputError
-        For an unknown signal, a value that is not positive, or when the torque or every
-        sensor is missing.
+        For an unknown signal, a value that is not positive, when the torque or every
+        sensor is missing, or when the limits name both actuators.
     """
 
     limits: Mapping[str, float]
@@ -61,24 +63,51 @@ class Objective:
                     remedy="give one, as in {'tip': 0.1, 'torque': 1.0}",
                 )
             numbers = {key: check_positive(v, f"{name}.{key}") for key, v in given.items()}
-            if TORQUE not in numbers:
+            inputs = ACTUATORS if name == "limits" else (TORQUE,)
+            outputs = [key for key in numbers if key not in inputs]
+            for key in outputs:
+                if "@" not in key:
+                    check_choice(key, (*SIGNALS, *inputs), name)
+            _check_inputs([key for key in numbers if key in inputs], name)
+            if not outputs:
+                use = "kept small" if name == "limits" else "measured"
                 raise InputError(
-                    "no value for torque",
-                    where=name,
-                    remedy=f"add {name}.torque: without it the problem has no unique solution",
+                    f"no output is {use}", where=name, remedy=f"add one, such as {name}.theta"
                 )
-            check_signals([key for key in numbers if key != TORQUE], name)
+            check_signals(outputs, name)
             object.__setattr__(self, name, numbers)
+
+    @property
+    def actuator(self) -> Actuator:
+        """What the controller commands: the torque on the hub or the motor's voltage."""
+        return "torque" if TORQUE in self.limits else "voltage"
 
     @property
     def performance(self) -> tuple[str, ...]:
         """The outputs that are kept small."""
-        return tuple(name for name in self.limits if name != TORQUE)
+        return tuple(name for name in self.limits if name not in ACTUATORS)
 
     @property
     def sensors(self) -> tuple[str, ...]:
         """The outputs that are measured."""
         return tuple(name for name in self.noise if name != TORQUE)
+
+
+def _check_inputs(named: Sequence[str], where: str) -> None:
+    """Refuse limits or noise without a value for the input, or with one for two."""
+    if not named:
+        instead = f", or {where}.voltage for an arm with a motor" if where == "limits" else ""
+        raise InputError(
+            "no value for torque",
+            where=where,
+            remedy=f"add {where}.torque{instead}: without it the problem has no unique solution",
+        )
+    if len(named) > 1:
+        raise InputError(
+            f"values for both {' and '.join(named)}",
+            where=where,
+            remedy="keep the one that the controller commands",
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +117,17 @@ class GeneralisedPlant:
     Attributes
     ----------
     system : control.StateSpace
-        Inputs ``w_…`` then ``torque``; outputs ``z_…`` then the sensors.
+        Inputs ``w_…`` then the actuator; outputs ``z_…`` then the sensors.
     sensors : tuple of str
     """
 
     system: control.StateSpace
     sensors: tuple[str, ...]
+
+    @property
+    def actuator(self) -> str:
+        """Name of the control input, ``torque`` or ``voltage``."""
+        return str(self.system.input_labels[-1])
 
     @property
     def disturbances(self) -> int:
@@ -117,7 +151,7 @@ class GeneralisedPlant:
 
     @property
     def B2(self) -> Array:
-        """Torque to states."""
+        """Actuator to states."""
         return np.asarray(self.system.B[:, -1:])
 
     @property
@@ -132,7 +166,7 @@ class GeneralisedPlant:
 
     @property
     def D12(self) -> Array:
-        """Torque to performance outputs."""
+        """Actuator to performance outputs."""
         return np.asarray(self.system.D[: self.performance, -1:])
 
     @property
@@ -142,13 +176,13 @@ class GeneralisedPlant:
 
     @property
     def control_path(self) -> control.StateSpace:
-        """The plant from the torque to the measurements, as a named system."""
+        """The plant from the actuator to the measurements, as a named system."""
         return control.StateSpace(
             self.A,
             self.B2,
             self.C2,
             np.asarray(self.system.D[self.performance :, -1:]),
-            inputs=[TORQUE],
+            inputs=[self.actuator],
             outputs=list(self.sensors),
             states=list(self.system.state_labels),
             name=f"{self.system.name}_control_path",
@@ -160,32 +194,15 @@ class GeneralisedPlant:
         Parameters
         ----------
         controller : control.StateSpace
-            From the sensors to the torque, connected with a plus sign.
+            From the sensors to the actuator, connected with a plus sign.
 
         Raises
         ------
         InputError
-            If the controller takes other signals than the plant's sensors.
+            If the controller takes other signals than the plant's sensors, or commands
+            another actuator.
         """
-        if not isinstance(controller, control.StateSpace) or not controller.isctime():
-            raise InputError(
-                f"{shown(controller)} is not a continuous-time StateSpace",
-                where="close",
-                remedy="give one with the plant's sensors as named inputs",
-            )
-        if controller.noutputs != 1:
-            raise InputError(
-                f"the controller has {controller.noutputs} outputs",
-                where="close",
-                remedy="give it one, the torque",
-            )
-        if tuple(controller.input_labels) != self.sensors:
-            raise InputError(
-                f"the controller takes {controller.input_labels} but the plant measures "
-                f"{list(self.sensors)}",
-                where="close",
-                remedy="measure the same signals in the same order",
-            )
+        self._check_controller(controller)
         Ak, Bk, Ck, Dk = (
             np.asarray(m) for m in (controller.A, controller.B, controller.C, controller.D)
         )
@@ -200,6 +217,34 @@ class GeneralisedPlant:
             outputs=list(self.system.output_labels[: self.performance]),
             name=f"{self.system.name}_closed",
         )
+
+    def _check_controller(self, controller: control.StateSpace) -> None:
+        if not isinstance(controller, control.StateSpace) or not controller.isctime():
+            raise InputError(
+                f"{shown(controller)} is not a continuous-time StateSpace",
+                where="close",
+                remedy="give one with the plant's sensors as named inputs",
+            )
+        if controller.noutputs != 1:
+            raise InputError(
+                f"the controller has {controller.noutputs} outputs",
+                where="close",
+                remedy=f"give it one, the {self.actuator}",
+            )
+        if controller.output_labels[0] != self.actuator:
+            raise InputError(
+                f"the controller commands {controller.output_labels[0]!r} but the plant takes "
+                f"{self.actuator!r}",
+                where="close",
+                remedy=f"name its output {self.actuator!r}, if that is what it commands",
+            )
+        if tuple(controller.input_labels) != self.sensors:
+            raise InputError(
+                f"the controller takes {controller.input_labels} but the plant measures "
+                f"{list(self.sensors)}",
+                where="close",
+                remedy="measure the same signals in the same order",
+            )
 
 
 def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
@@ -218,10 +263,13 @@ def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
     ------
     InputError
         If a performance output or sensor responds to the torque without delay (such as
-        ``tip_acceleration``), for which the H2 cost is not finite.
+        ``tip_acceleration``), for which the H2 cost is not finite; if a station is beyond
+        the tip, or the objective limits the voltage of an arm without a motor.
     """
-    z_names, sensors = objective.performance, objective.sensors
-    plant = state_space(model, _union(z_names, sensors), coordinates="modal")
+    z_names, sensors, actuator = objective.performance, objective.sensors, objective.actuator
+    outputs = _union(z_names, sensors)
+    plant = state_space(model, outputs, input=actuator, coordinates="modal")
+    torque_per_unit = drive(model.arm, actuator)[0]
     for name, feedthrough in zip(plant.output_labels, plant.D[:, 0], strict=True):
         if feedthrough != 0:
             raise InputError(
@@ -232,12 +280,13 @@ def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
     rows = {name: plant.C[i] for i, name in enumerate(plant.output_labels)}
     nz, ny = len(z_names) + 1, len(sensors)
     states = plant.nstates
-    B = np.hstack([objective.noise[TORQUE] * plant.B, np.zeros((states, ny)), plant.B])
+    disturbance = objective.noise[TORQUE] * (plant.B / torque_per_unit)
+    B = np.hstack([disturbance, np.zeros((states, ny)), plant.B])
     C = np.zeros((nz + ny, states))
     D = np.zeros((nz + ny, ny + 2))
     for i, name in enumerate(z_names):
         C[i] = rows[name] / objective.limits[name]
-    D[nz - 1, -1] = 1 / objective.limits[TORQUE]
+    D[nz - 1, -1] = 1 / objective.limits[actuator]
     for i, name in enumerate(sensors):
         C[nz + i] = rows[name]
         D[nz + i, 1 + i] = objective.noise[name]
@@ -246,8 +295,8 @@ def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
         B,
         C,
         D,
-        inputs=["w_torque", *(f"w_{name}" for name in sensors), TORQUE],
-        outputs=[*(f"z_{name}" for name in z_names), "z_torque", *sensors],
+        inputs=["w_torque", *(f"w_{name}" for name in sensors), actuator],
+        outputs=[*(f"z_{name}" for name in z_names), f"z_{actuator}", *sensors],
         states=list(plant.state_labels),
         name=f"{plant.name}_generalised",
     )

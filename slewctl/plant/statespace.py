@@ -10,16 +10,18 @@ import control
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.errors import check_choice, check_positive
+from slewctl.arm import Arm, Motor
+from slewctl.errors import InputError, check_choice, check_positive
 from slewctl.model import Model
-from slewctl.plant.signals import SIGNALS, TORQUE, check_signals
+from slewctl.plant.signals import ACTUATORS, TORQUE, VOLTAGE, check_signals, signal
 
 Coordinates = Literal["physical", "modal"]
+Actuator = Literal["torque", "voltage"]
 
 
 @dataclass(frozen=True, eq=False)
 class _SecondOrder:
-    """ẍ = −stiffness·x − damping·ẋ + force·τ in coordinates x with [θ, q] = transform·x."""
+    """ẍ = −stiffness·x − damping·ẋ + force·u in coordinates x with [θ, q] = transform·x."""
 
     stiffness: Array
     damping: Array
@@ -32,10 +34,11 @@ def state_space(
     model: Model,
     outputs: Sequence[str] | str = ("theta", "theta_dot", "tip"),
     *,
+    input: Actuator = "torque",
     coordinates: Coordinates = "physical",
     sample_time: float | None = None,
 ) -> control.StateSpace:
-    """Return the state-space model of an arm from the torque to named outputs.
+    """Return the state-space model of an arm from its actuator to named outputs.
 
     Parameters
     ----------
@@ -43,27 +46,33 @@ def state_space(
     outputs : sequence of str, or str
         Any of ``theta`` (rad), ``theta_dot`` (rad/s), ``tip`` (m, along the arc),
         ``tip_dot`` (m/s), ``tip_acceleration`` (m/s²), ``tip_deflection`` (m) and
-        ``root_moment`` (N·m).
+        ``root_moment`` (N·m), and sensors at a station: ``moment@50mm`` (N·m),
+        ``deflection@50mm`` (m) and ``acceleration@50mm`` (m/s²); see `signal`.
+    input : {"torque", "voltage"}
+        Torque: the torque on the hub, as of a motor under current control.  Voltage: that
+        of the arm's motor, whose back-EMF is then friction at the hub.
     coordinates : {"physical", "modal"}
         Physical: states θ, q_1 … q_n and their rates; A and B are those of eq. 44, with
         damping.  Modal: x = Uη, so that A consists of diagonal blocks; this is the
         better conditioned one.
     sample_time : float, optional
         In seconds.  Given, the model is sampled exactly, with a zero-order hold on the
-        torque.
+        input.
 
     Returns
     -------
     control.StateSpace
-        2(n+1) states, input ``torque`` in N·m.
+        2(n+1) states, input ``torque`` in N·m or ``voltage`` in V.
 
     Raises
     ------
     InputError
-        For an unknown output or coordinates, or a sample time that is not positive.
+        For an unknown output, input or coordinates, a station beyond the tip, a voltage
+        without a motor, or a sample time that is not positive.
     """
-    names = check_signals(outputs, "outputs")
-    system = _second_order(model, coordinates)
+    names = check_signals(outputs, "outputs", model.arm.beam)
+    check_choice(input, ACTUATORS, "input")
+    system = _second_order(model, coordinates, input)
     size = len(system.names)
     A = np.block([[np.zeros((size, size)), np.eye(size)], [-system.stiffness, -system.damping]])
     B = np.concatenate([np.zeros(size), system.force])[:, None]
@@ -76,7 +85,7 @@ def state_space(
         B,
         C,
         D,
-        inputs=[TORQUE],
+        inputs=[input],
         outputs=list(names),
         states=[*system.names, *(f"{name}_dot" for name in system.names)],
         name=f"{model.basis.name}_{model.n}".replace(" ", "_").replace("-", "_"),
@@ -87,19 +96,47 @@ def state_space(
     return continuous.sample(step, method="zoh", name=f"{continuous.name}_sampled")
 
 
-def _second_order(model: Model, coordinates: Coordinates) -> _SecondOrder:
+def require_motor(arm: Arm, where: str) -> Motor:
+    """Return the motor of `arm`; refuse an arm that has none."""
+    if arm.motor is None:
+        raise InputError(
+            f"{arm.name} has no motor, so no voltage drives it",
+            where=where,
+            remedy="give the arm its motor, or use the torque",
+        )
+    return arm.motor
+
+
+def drive(arm: Arm, actuator: str) -> tuple[float, float]:
+    """Return the torque at rest per unit of the actuator, and its friction at the hub.
+
+    Returns
+    -------
+    tuple of float
+        (1, 0) for the torque; N·m/V and N·m·s/rad, the back-EMF's, for the voltage.
+    """
+    if actuator == TORQUE:
+        return 1.0, 0.0
+    motor = require_motor(arm, VOLTAGE)
+    return motor.torque_per_volt, motor.back_emf_damping
+
+
+def _second_order(model: Model, coordinates: Coordinates, actuator: str) -> _SecondOrder:
     check_choice(coordinates, ("physical", "modal"), "coordinates")
     U = model.mode_shapes
+    gain, drag = drive(model.arm, actuator)
+    force = gain * model.input
+    damping = model.damping + drag * np.outer(model.input, model.input)
     if coordinates == "modal":
         names = ("rigid", *(f"mode{i}" for i in range(1, model.n + 1)))
         squared = np.concatenate([[0.0], model.omega**2])
-        return _SecondOrder(np.diag(squared), U.T @ model.damping @ U, U.T @ model.input, U, names)
+        return _SecondOrder(np.diag(squared), U.T @ damping @ U, U.T @ force, U, names)
     # M⁻¹ = UUᵀ: the modes are known to full accuracy, so M need not be factorised again.
     names = ("theta", *(f"q{i}" for i in range(1, model.n + 1)))
     return _SecondOrder(
         U @ (U.T @ model.stiffness),
-        U @ (U.T @ model.damping),
-        U @ (U.T @ model.input),
+        U @ (U.T @ damping),
+        U @ (U.T @ force),
         np.eye(model.n + 1),
         names,
     )
@@ -107,12 +144,12 @@ def _second_order(model: Model, coordinates: Coordinates) -> _SecondOrder:
 
 def _output_row(model: Model, system: _SecondOrder, name: str) -> tuple[Array, float]:
     """Return the row of C and the entry of D that belong to output `name`."""
-    signal = SIGNALS[name]
-    row = signal.row(model) @ system.transform
+    output = signal(name, beam=model.arm.beam)
+    row = output.row(model) @ system.transform
     nothing = np.zeros_like(row)
-    if signal.of == "displacement":
+    if output.of == "displacement":
         return np.concatenate([row, nothing]), 0.0
-    if signal.of == "rate":
+    if output.of == "rate":
         return np.concatenate([nothing, row]), 0.0
     accelerations = -np.concatenate([row @ system.stiffness, row @ system.damping])
     return accelerations, float(row @ system.force)

@@ -33,7 +33,9 @@ def write_comparison(comparison: Comparison, folder: Path) -> Path:
     InputError
         If the folder cannot be written; nothing is left half-written.
     """
-    page = render("comparison.html", cases=[_section(case) for case in comparison.cases])
+    page = render(
+        "comparison.html", cases=[_section(k, case) for k, case in enumerate(comparison.cases)]
+    )
     results = {"versions": versions(), "cases": comparison.cases}
     files = {
         "index.html": page,
@@ -49,10 +51,9 @@ def write_comparison(comparison: Comparison, folder: Path) -> Path:
     return folder / "index.html"
 
 
-def _section(result: CaseResult) -> dict[str, Any]:
+def _section(place: int, result: CaseResult) -> dict[str, Any]:
     """Return what the template shows of one case."""
-    name = result.case.name
-    anchor = "".join(c if c.isalnum() else "-" for c in name)
+    anchor = f"case-{place}"
     return {
         "result": result,
         "anchor": anchor,
@@ -135,6 +136,11 @@ def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
             "phase_margin_at_hz": margins.phase_deg.frequency_hz if margins else None,
             "delay_margin_s": margins.delay_s.value if margins else None,
             "delay_margin_at_hz": margins.delay_s.frequency_hz if margins else None,
+            "modulus_margin": margins.modulus.value if margins else None,
+            "modulus_margin_at_hz": margins.modulus.frequency_hz if margins else None,
+            "disk_margin": margins.disk.value if margins else None,
+            "disk_margin_at_hz": margins.disk.frequency_hz if margins else None,
+            "margins_confirmed": margins.confirmed if margins else None,
             "damping_ratio_min": e.damping_ratio.value,
             "damping_ratio_at_hz": e.damping_ratio.frequency_hz,
             "decay_rate_min": e.decay_rate.value,
@@ -145,6 +151,7 @@ def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
             "settling_time_s": slew.settling_time_s if slew else None,
             "residual_m": slew.residual_m if slew else None,
             "peak_torque": slew.peak_torque if slew else None,
+            "peak_voltage": slew.peak_voltage if slew else None,
         }
 
 

@@ -10,7 +10,7 @@ from slewctl.report.drawing import ALARM, INK, figure, legend, style, svg
 
 def shapes_figure(result: CaseResult, name: str) -> str:
     """Return the mode shapes of the chosen order on each basis, over the truth's."""
-    modes = result.case.n
+    modes = len(result.shapes[0].shapes)
     columns = min(modes, 3)
     rows = -(-modes // columns)
     fig, axes = figure(rows, columns, (7.2, 2.3 * rows + 0.4))

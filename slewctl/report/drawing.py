@@ -17,6 +17,7 @@ COLOURS = {
     "clamped-free": "#0072B2",
     "slewing": "#D55E00",
     "polynomial": "#009E73",
+    "hub-matched": "#CC79A7",
     "truth": "#7f7f7f",
 }
 SPARE_COLOURS = ("#CC79A7", "#E69F00", "#56B4E9", "#009E73")
@@ -82,14 +83,27 @@ def svg(fig: Figure, name: str, description: str) -> str:
     text = out.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.S)
-    text = re.sub(r'\bid="', f'id="{name}-', text)
-    text = re.sub(r"url\(#", f"url(#{name}-", text)
-    text = re.sub(r'href="#', f'href="#{name}-', text)
+    text = _renumbered(text, name)
     text = text.replace(_INK, "currentColor").replace(_FAINT, "currentColor")
-    # Two decimals of a point are finer than any screen.
-    text = re.sub(r"(\d+\.\d{2})\d+", r"\1", text)
+    # Two decimals of a point are finer than any screen; text is left as it is.
+    text = re.sub(
+        r'\b(?:d|points|transform|x|y|width|height)="[^"]*"',
+        lambda found: re.sub(r"(\.\d{2})\d+", r"\1", found[0]),
+        text,
+    )
     label = description.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
     return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
+
+
+def _renumbered(text: str, name: str) -> str:
+    """Return SVG text with its identifiers counted, instead of hashed from coordinates.
+
+    A hash changes with the last digit of a coordinate, and two figures of a page may share
+    it; a count behind the figure's name does neither.
+    """
+    found = dict.fromkeys(re.findall(r'\bid="([^"]+)"', text))
+    fresh = {old: f"{name}-{k}" for k, old in enumerate(found)}
+    return re.sub(r'(\bid="|url\(#|href="#)([^")]+)', lambda m: m[1] + fresh.get(m[2], m[2]), text)
 
 
 def legend(ax: Axes, **placing: Any) -> None:

@@ -18,6 +18,8 @@ import numpy as np
 
 from slewctl.errors import InputError
 
+# Ten digits are kept of every number: those behind them change from machine to machine.
+_DIGITS = 10
 # Long arrays are curves: six digits draw them, and keep the files small.
 _CURVE_LENGTH = 50
 _CURVE_DIGITS = 6
@@ -27,7 +29,7 @@ def to_plain(value: Any) -> Any:
     """Return `value` as JSON knows it.
 
     Dataclasses become objects, arrays lists, complex numbers ``[re, im]`` and infinities
-    the strings "inf" and "-inf"; arrays longer than fifty keep six digits.
+    the strings "inf" and "-inf".  Numbers keep ten digits, arrays longer than fifty six.
     """
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_plain(getattr(value, f.name)) for f in fields(value)}
@@ -44,7 +46,7 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, int | np.integer):
         return int(value)
     if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else str(float(value))
+        return _rounded(float(value), _DIGITS) if math.isfinite(value) else str(float(value))
     if callable(value):
         return f"function {getattr(value, '__name__', 'unnamed')}"
     return value if value is None or isinstance(value, str | Enum) else str(value)
@@ -56,13 +58,16 @@ def _plain_array(array: np.ndarray[Any, Any]) -> Any:
     items = [to_plain(item) for item in array.tolist()]
     if len(items) <= _CURVE_LENGTH:
         return items
-    return [_rounded(item) for item in items]
+    return [_rounded(item, _CURVE_DIGITS) for item in items]
 
 
-def _rounded(item: Any) -> Any:
+def _rounded(item: Any, digits: int) -> Any:
     if isinstance(item, list):
-        return [_rounded(part) for part in item]
-    return float(f"{item:.{_CURVE_DIGITS - 1}e}") if isinstance(item, float) else item
+        return [_rounded(part, digits) for part in item]
+    if not isinstance(item, float):
+        return item
+    short = float(f"{item:.{digits - 1}e}")
+    return short if math.isfinite(short) else item  # the largest numbers round to infinity
 
 
 def json_text(value: Any) -> str:
@@ -94,7 +99,10 @@ def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
 
 
 def write_files(folder: Path, files: Mapping[str, str]) -> None:
-    """Write all files or none: each beside its place first, then renamed.
+    """Write files whole: all of them beside their places first, then renamed.
+
+    Nothing is renamed before everything is written, and the first file named, the page that
+    leads to the others, is renamed last.
 
     Raises
     ------
@@ -103,10 +111,13 @@ def write_files(folder: Path, files: Mapping[str, str]) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        for name in files:
+            if (folder / name).is_dir():
+                raise IsADirectoryError(None, f"{name} is a folder")
         with tempfile.TemporaryDirectory(dir=folder, prefix=".writing-") as beside:
             for name, text in files.items():
                 (Path(beside) / name).write_text(text, encoding="utf-8")
-            for name in files:
+            for name in reversed(list(files)):
                 os.replace(Path(beside) / name, folder / name)
     except OSError as error:
         raise InputError(

@@ -23,7 +23,7 @@ def write_paper(reproduction: PaperReproduction, folder: Path) -> Path:
     ----------
     reproduction : PaperReproduction
     folder : Path
-        Gets ``index.html`` and ``results.json``, which holds every number.
+        Gets ``index.html`` and ``results.json``, which holds the numbers.
 
     Raises
     ------

@@ -9,11 +9,27 @@ import pytest
 from numpy.polynomial.legendre import leggauss
 from numpy.testing import assert_allclose, assert_array_equal
 
-from slewctl import InputError
-from slewctl.basis import BASES, Basis, ClampedFree, Combined, Polynomial, Slewing, create
+from slewctl import Arm, Beam, Hub, InputError, Payload, Stations
+from slewctl.basis import (
+    BASES,
+    FITTED,
+    NAMES,
+    ArmMatched,
+    Basis,
+    ClampedFree,
+    Combined,
+    HubMatched,
+    Polynomial,
+    Ratios,
+    Slewing,
+    WithStatic,
+    create,
+)
 
 EPS = np.finfo(float).eps
 EDGES = (0.3, 0.55)
+STEP = Stations((0.0, 0.4, 0.4, 1.0), (3.0, 3.0, 1.0, 1.0))
+ARM = Arm(Beam(1.0, STEP, (2.0, 0.0, -1.0)), Hub(0.3, 0.1), Payload(0.4, 0.05))
 
 
 def panelled(n: int) -> Basis:
@@ -25,7 +41,30 @@ def combined(n: int) -> Basis:
     return Combined(n, ClampedFree(n + 1), np.eye(n + 1, n) + np.eye(n + 1, n, -1))
 
 
-KINDS: list[Callable[[int], Basis]] = [ClampedFree, Slewing, Polynomial, panelled, combined]
+def hub_matched(n: int) -> Basis:
+    """Some slow functions in Krylov's form, the others in exponentials."""
+    return HubMatched(n, Ratios(0.2, 0.1, 5.0, 0.3))
+
+
+def arm_matched(n: int) -> Basis:
+    return ArmMatched.of(ARM, n)
+
+
+def with_static(n: int) -> Basis:
+    """The static shape after n − 1 others, or alone."""
+    return WithStatic(ClampedFree(n - 1), ARM) if n > 1 else WithStatic(ClampedFree(1), ARM).static
+
+
+KINDS: list[Callable[[int], Basis]] = [
+    ClampedFree,
+    Slewing,
+    Polynomial,
+    panelled,
+    combined,
+    hub_matched,
+    arm_matched,
+    with_static,
+]
 every_basis = pytest.mark.parametrize("make", KINDS, ids=lambda make: make.__name__)
 every_n = pytest.mark.parametrize("n", [1, 2, 3, 8, 30])
 
@@ -124,7 +163,7 @@ def test_functions_are_linearly_independent(make: Callable[[int], Basis], n: int
     assert np.linalg.svd(curvatures, compute_uv=False)[-1] > 1e-2 / n
 
 
-@pytest.mark.parametrize("make", [ClampedFree, Slewing, Polynomial, panelled])
+@pytest.mark.parametrize("make", [ClampedFree, Slewing, Polynomial, panelled, hub_matched])
 @pytest.mark.parametrize("derivative", [0, 1, 2])
 def test_smaller_basis_is_the_beginning_of_the_larger(
     make: Callable[[int], Basis], derivative: int
@@ -157,15 +196,36 @@ def test_impossible_numbers_of_functions_are_refused(kind: type[Basis], n: objec
 
 @pytest.mark.parametrize("name", list(BASES))
 def test_create_finds_a_basis_by_name(name: str) -> None:
-    assert create(name, 3) == BASES[name](3)
+    assert create(name, 3) == create(name, 3, ARM) == BASES[name](3)
     assert hash(create(name, 3)) == hash(BASES[name](3))
     assert create(name, 3) != BASES[name](4)
+
+
+@pytest.mark.parametrize("name", list(FITTED))
+def test_create_fits_a_basis_to_the_arm(name: str) -> None:
+    basis = create(name, 3, ARM)
+    assert basis.name == name
+    assert basis.n == 3
+    assert basis == create(name, 3, ARM)
+    assert hash(basis) == hash(create(name, 3, ARM))
+    assert basis != create(name, 3, Arm(ARM.beam))
+
+
+@pytest.mark.parametrize("name", list(FITTED))
+def test_create_without_the_arm_says_so(name: str) -> None:
+    with pytest.raises(InputError, match="give the arm"):
+        create(name, 3)
+
+
+def test_names_are_those_of_both_kinds_of_basis() -> None:
+    assert set(NAMES) == {*BASES, *FITTED}
+    assert len(NAMES) == len(BASES) + len(FITTED)
 
 
 def test_create_suggests_the_nearest_name() -> None:
     with pytest.raises(InputError, match="did you mean 'slewing'"):
         create("slewin", 3)
-    with pytest.raises(InputError, match="known: clamped-free, polynomial, slewing"):
+    with pytest.raises(InputError, match="known: arm-matched, clamped-free, hub-matched, "):
         create("xyz", 3)
 
 

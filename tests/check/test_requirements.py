@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from slewctl import Hub, InputError, Objective, Slew, arms
+from slewctl.arm import Motor
 from slewctl.check import REQUIREMENTS, judge
 from slewctl.compare import Case, Evaluation, evaluate
 from slewctl.loop import Crossing
@@ -18,7 +19,8 @@ OBJECTIVE = Objective(
 
 
 def design(hub_inertia: float, basis: str) -> Evaluation:
-    arm = replace(arms.paper_beam(), hub=Hub(hub_inertia), damping_ratio=0.005)
+    motor = Motor(resistance=2.0, torque_constant=0.1, back_emf_constant=0.1, gear_ratio=10)
+    arm = replace(arms.paper_beam(), hub=Hub(hub_inertia), motor=motor, damping_ratio=0.005)
     return evaluate(Case("x", arm, OBJECTIVE, basis=basis, n=2, slew=Slew(30.0, 2.0)))
 
 
@@ -36,6 +38,10 @@ def unstable() -> Evaluation:
 def test_verdict_turns_at_the_measured_value(good: Evaluation, name: str) -> None:
     value = REQUIREMENTS[name].read(good)[0]
     assert math.isfinite(value)
+    if name == "h2_loss_max":  # must hold on the finer truth as well
+        assert good.finer is not None
+        assert good.finer.loss is not None
+        value = max(value, good.finer.loss)
     step = 1e-9 * abs(value)
     sign = 1 if REQUIREMENTS[name].sense == "at least" else -1
     assert judge(good, {name: value - sign * step})[-1].passed
@@ -43,7 +49,7 @@ def test_verdict_turns_at_the_measured_value(good: Evaluation, name: str) -> Non
 
 
 def test_unstable_loop_passes_nothing(unstable: Evaluation) -> None:
-    easy = {name: -1e9 if r.sense == "at least" else 1e9 for name, r in REQUIREMENTS.items()}
+    easy = {name: 0.0 if r.sense == "at least" else 1e9 for name, r in REQUIREMENTS.items()}
     verdicts = judge(unstable, {**easy, "stable": True})
     assert len(verdicts) == len(REQUIREMENTS)
     for verdict in verdicts:
@@ -56,11 +62,39 @@ def test_stability_is_judged_even_when_not_asked(unstable: Evaluation) -> None:
     assert not judge(unstable, {})[0].passed
 
 
+def test_voltage_of_an_arm_without_motor_never_passes(good: Evaluation) -> None:
+    assert good.slew is not None
+    bare = replace(good, slew=replace(good.slew, peak_voltage=None))
+    verdict = judge(bare, {"voltage_peak_max": 1e9})[-1]
+    assert (verdict.passed, verdict.note) == (False, "this arm has no such value")
+
+
+def test_both_truths_must_pass(good: Evaluation) -> None:
+    """A verdict that turns with the modes kept is no verdict."""
+    assert good.finer is not None
+    worse = replace(good, finer=replace(good.finer, loss=0.5))
+    assert judge(good, {"h2_loss_max": 0.1})[-1].passed
+    verdict = judge(worse, {"h2_loss_max": 0.1})[-1]
+    assert not verdict.passed
+    assert "0.5 on a truth of 40 modes" in verdict.note
+    gone = replace(good, finer=replace(good.finer, stable=False, loss=None))
+    assert not judge(gone, {})[0].passed
+
+
+def test_what_is_compared_with_must_be_verified(good: Evaluation) -> None:
+    for doubtful in (
+        replace(good, optimum_verified=False),
+        replace(good, cost_discrepancy=1e-3),
+        replace(good, truth_tolerance=1e-3),
+    ):
+        assert not judge(doubtful, {"h2_loss_max": 0.1})[-1].passed
+
+
 def test_nan_never_passes(good: Evaluation) -> None:
     assert good.margins is not None
     margins = replace(good.margins, phase_deg=Crossing(math.nan, None))
     broken = replace(good, margins=margins, loss=math.nan)
-    verdicts = judge(broken, {"phase_margin_deg": -1e9, "h2_loss_max": 1e9})
+    verdicts = judge(broken, {"phase_margin_deg": 0.0, "h2_loss_max": 1e9})
     assert [v.passed for v in verdicts] == [True, False, False]
 
 
@@ -101,6 +135,7 @@ def test_infinite_margin_is_explained(good: Evaluation) -> None:
         ({"phase_margin_deg": math.nan}, "not a finite number"),
         ({"stable": False}, "leave it out"),
         ({"gain_margin_db": True}, "not a finite number"),
+        ({"h2_loss_max": -0.1}, "is negative"),
     ],
 )
 def test_impossible_requirements_are_refused(

@@ -1,0 +1,219 @@
+"""Deflections of an arm under inertia loads, as piecewise polynomials that stand for themselves.
+
+An arm whose points move by y(ξ) is bent by the inertia forces of that motion.  With lengths
+in units of L the bending moment is, up to a factor,
+
+    M(ξ) = ∫_ξ^1 y(s) (s − ξ) dm(s) + m_t y(1) (1 − ξ) + (J_t/L²) y'(1),
+
+and the deflection obeys EI φ'' = M, φ(0) = φ'(0) = 0.  The curvature M/EI is expanded in
+Legendre polynomials on panels, which are halved until the expansion has converged to
+rounding.  What is kept is the expansion: φ is then a piecewise polynomial of known degree; its
+boundary conditions, derivatives and quadrature are exact, and the expansion's error says no
+more than how close φ comes to the deflection that it stands for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import qr
+
+from slewctl._types import Array, BoolArray
+from slewctl.arm import Arm
+from slewctl.basis.combined import Combined
+from slewctl.basis.contract import Basis
+from slewctl.basis.inertia import Inertia, inertia_of, panel_rule
+from slewctl.basis.polynomial import Polynomial
+
+_TERMS = 40  # polynomials on a panel
+_TAIL = 3  # the last of them, which must have died out
+_CONVERGED = 5e-14
+_MOST_PANELS = 96
+# A callable profile may have a kink anywhere, which no halving resolves.
+_MOST_PANELS_SAMPLED = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Motions y = rotation·(r/L + ξ) + deflection, one column each.
+
+    Attributes
+    ----------
+    rotation : ndarray, shape (k,)
+    deflection : Basis, optional
+        With k functions; none for a rigid rotation.
+    """
+
+    rotation: Array
+    deflection: Basis | None = None
+
+    def at(self, xi: Array, radius: float, derivative: int = 0) -> Array:
+        """Return y or y' at `xi`, shape (m, k)."""
+        lever = radius + xi if derivative == 0 else np.ones_like(xi)
+        rigid = np.multiply.outer(lever, self.rotation)
+        return (
+            rigid if self.deflection is None else rigid + self.deflection.evaluate(xi, derivative)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Panels:
+    """An arm sampled on panels that are fine enough for `_TERMS` polynomials on each."""
+
+    arm: Arm
+    edges: tuple[float, ...]
+
+    @cached_property
+    def inertia(self) -> Inertia:
+        """Hub and payload in units of L."""
+        return inertia_of(self.arm)
+
+    @cached_property
+    def rule(self) -> tuple[Array, Array]:
+        """Gauss points and weights that integrate products of the polynomials exactly."""
+        return panel_rule((0.0, *self.edges, 1.0), _TERMS + 2)
+
+    @cached_property
+    def mass(self) -> Array:
+        """Mass in kg that each Gauss point stands for."""
+        xi, weights = self.rule
+        return weights * self.arm.beam.length * self.arm.beam.mass_profile(xi)
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """EI at the Gauss points, relative to its largest value."""
+        values = self.arm.beam.stiffness_profile(self.rule[0])
+        return values / values.max()
+
+    def from_root(self, terms: int = _TERMS) -> Polynomial:
+        """Return the polynomials that carry deflections: no deflection at the root."""
+        return Polynomial(terms * (len(self.edges) + 1), self.edges)
+
+    def from_tip(self) -> Polynomial:
+        """Return the polynomials of 1 − ξ that carry moments: no moment at the tip."""
+        mirrored = tuple(1.0 - edge for edge in reversed(self.edges))
+        return Polynomial(_TERMS * (len(self.edges) + 1), mirrored)
+
+    def curvatures(self, motion: Motion) -> tuple[Array, BoolArray]:
+        """Return the coefficients of M/EI, and which panels do not resolve it.
+
+        Returns
+        -------
+        coefficients : ndarray, shape (terms * panels, k)
+            By term, then by panel, as `Polynomial` has them.
+        unresolved : ndarray of bool, shape (panels,)
+        """
+        xi, weights = self.rule
+        given, tip = self.inertia, np.ones(1)
+        y = motion.at(xi, given.radius)
+        carrier = self.from_tip()
+        # M'' is the load, so that M is its double integral from the tip.
+        load = carrier.evaluate(1 - xi, 2).T @ (self.mass[:, None] * y)
+        moment = carrier.evaluate(1 - xi) @ load
+        moment += np.multiply.outer(
+            1 - xi, given.payload_mass * motion.at(tip, given.radius)[0]
+        ) + given.payload_inertia * motion.at(tip, given.radius, 1)
+        curvature = moment / self.stiffness[:, None]
+        coefficients = self.from_root().evaluate(xi, 2).T @ (weights[:, None] * curvature)
+        return coefficients, self._tails(coefficients) | self._tails(load)[::-1]
+
+    def _tails(self, coefficients: Array) -> BoolArray:
+        """Return on which panels the last coefficients have not died out."""
+        by_panel = coefficients.reshape(_TERMS, len(self.edges) + 1, -1)
+        functions = by_panel.shape[-1]
+        # Two integrations make the k-th function (πk)² times smaller, but not its rounding.
+        noise = _CONVERGED * functions**2 * np.linalg.norm(coefficients, axis=0)
+        return np.any(np.abs(by_panel[-_TAIL:]).max(axis=0) > noise, axis=1)
+
+    def halved(self, chosen: BoolArray) -> Panels:
+        """Return panels of which the `chosen` ones are cut in two."""
+        bounds = (0.0, *self.edges, 1.0)
+        new = [(a + b) / 2 for (a, b), cut in zip(pairwise(bounds), chosen, strict=True) if cut]
+        return Panels(self.arm, tuple(sorted([*self.edges, *new])))
+
+
+def deflections(arm: Arm, motion: Motion) -> Combined:
+    """Return the deflections of `arm` under the inertia loads of `motion`.
+
+    They are normalised to ∫ EI φ_i'' φ_j'' dξ ∝ δ_ij, in order: the first k functions span
+    the first k deflections.
+
+    Parameters
+    ----------
+    arm : Arm
+    motion : Motion
+        k motions.
+
+    Returns
+    -------
+    Combined
+        k functions: combinations of piecewise polynomials.
+    """
+    known = () if motion.deflection is None else motion.deflection.breakpoints
+    panels = Panels(arm, _distinct((*arm.beam.breakpoints, *known)))
+    profiles = (arm.beam.mass_profile, arm.beam.stiffness_profile)
+    sampled = any(profile.degree is None for profile in profiles)
+    most = _MOST_PANELS_SAMPLED if sampled else _MOST_PANELS
+    while True:
+        coefficients, unresolved = panels.curvatures(motion)
+        if not unresolved.any() or len(panels.edges) + 1 + unresolved.sum() > most:
+            break
+        panels = panels.halved(unresolved)
+    return _orthonormal(panels, coefficients)
+
+
+def _orthonormal(panels: Panels, coefficients: Array) -> Combined:
+    """Return functions of orthonormal strain energy with these curvatures' span."""
+    xi, weights = panels.rule
+    carrier = panels.from_root()
+    scaled = coefficients / np.linalg.norm(coefficients, axis=0)
+    strain = np.sqrt(weights * panels.stiffness)[:, None] * (carrier.evaluate(xi, 2) @ scaled)
+    R: Array = qr(strain, mode="r")[0][: strain.shape[1]]
+    functions = np.linalg.solve(R.T * np.sign(np.diag(R)), scaled.T).T
+    # Terms that carry rounding alone would only raise the degree, and the cost of every use.
+    by_term = np.abs(functions.reshape(_TERMS, -1)).max(axis=1)
+    terms = int(np.flatnonzero(by_term > _CONVERGED * by_term.max())[-1]) + 1
+    trimmed = panels.from_root(terms)
+    return Combined(functions.shape[1], trimmed, functions[: trimmed.n])
+
+
+def free_motion(arm: Arm, basis: Basis) -> Motion:
+    """Return the motions that `basis` makes about a hub that turns freely.
+
+    The hub counters each deflection φ by the rotation −Φ̃/J that leaves the arm without
+    angular momentum.
+
+    Parameters
+    ----------
+    arm : Arm
+    basis : Basis
+        Its deflections must be resolved by 42 Gauss points a panel between its and the
+        arm's breakpoints, halved until one wavelength or less is left to each.
+    """
+    panels = Panels(arm, _distinct((*arm.beam.breakpoints, *basis.breakpoints)))
+    while basis.growth.exponent > 2 * np.pi * (len(panels.edges) + 1):
+        panels = panels.halved(np.ones(len(panels.edges) + 1, dtype=bool))
+    given, (xi, _) = panels.inertia, panels.rule
+    reach, tip = given.radius + 1, np.ones(1)
+    moment = panels.mass * (given.radius + xi)
+    coupling = (
+        moment @ basis.evaluate(xi)
+        + given.payload_mass * reach * basis.evaluate(tip)[0]
+        + given.payload_inertia * basis.evaluate(tip, 1)[0]
+    )
+    J = (
+        given.hub_inertia
+        + float(moment @ (given.radius + xi))
+        + given.payload_mass * reach**2
+        + given.payload_inertia
+    )
+    return Motion(-coupling / J, basis)
+
+
+def _distinct(points: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the points in order, those that differ by rounding alone taken as one."""
+    ordered = np.unique(points)
+    return tuple(float(x) for x in ordered[np.diff(ordered, prepend=0.0) > 1e-12])

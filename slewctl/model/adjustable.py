@@ -1,0 +1,120 @@
+"""What a fit may adjust of an arm: how to read, how to replace, and how large it typically is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.arm import Arm, ProfileSpec, Stations
+
+
+@dataclass(frozen=True)
+class Adjustable:
+    """A property of an arm that a fit may adjust.
+
+    Parameters
+    ----------
+    name : str
+        As the user writes it.
+    unit : str
+        Unit of its value; "×" is a factor on what the arm had.
+    read : callable
+        Its value for an arm.
+    write : callable
+        Returns the arm with another value.
+    scale : callable
+        A typical size for an arm, > 0, in the same unit; it makes a fit independent of units.
+    positive : bool
+        Whether it must be > 0; otherwise >= 0.
+    """
+
+    name: str
+    unit: str
+    read: Callable[[Arm], float]
+    write: Callable[[Arm, float], Arm]
+    scale: Callable[[Arm], float]
+    positive: bool = False
+
+
+@dataclass(frozen=True)
+class ScaledProfile:
+    """A callable profile times a factor."""
+
+    profile: Callable[[Array], Array]
+    factor: float
+
+    def __call__(self, x: Array) -> Array:
+        return self.factor * np.asarray(self.profile(x))
+
+
+def scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:
+    """Return the profile `spec` times `factor`, of the same kind."""
+    if isinstance(spec, Stations):
+        return Stations(spec.x, [factor * value for value in spec.values])
+    if callable(spec):
+        return ScaledProfile(spec, factor)
+    if isinstance(spec, Sequence):
+        return tuple(factor * value for value in spec)
+    return factor * spec
+
+
+def beam_mass(arm: Arm) -> float:
+    """Return the beam's mass in kg, to a percent or so: a scale for other masses."""
+    xi = (np.arange(200) + 0.5) / 200
+    return arm.beam.length * float(np.mean(arm.beam.mass_profile(xi)))
+
+
+def _beam_inertia(arm: Arm) -> float:
+    return beam_mass(arm) * arm.beam.length**2
+
+
+def _scale_mass(arm: Arm, factor: float) -> Arm:
+    profile = scaled(arm.beam.mass_per_length, factor)
+    return replace(arm, beam=replace(arm.beam, mass_per_length=profile))
+
+
+def _scale_stiffness(arm: Arm, factor: float) -> Arm:
+    profile = scaled(arm.beam.bending_stiffness, factor)
+    return replace(arm, beam=replace(arm.beam, bending_stiffness=profile))
+
+
+ADJUSTABLE: dict[str, Adjustable] = {
+    each.name: each
+    for each in (
+        Adjustable(
+            "beam.stiffness", "×", lambda arm: 1.0, _scale_stiffness, lambda arm: 1.0, positive=True
+        ),
+        Adjustable("beam.mass", "×", lambda arm: 1.0, _scale_mass, lambda arm: 1.0, positive=True),
+        Adjustable(
+            "payload.mass",
+            "kg",
+            lambda arm: arm.payload.mass,
+            lambda arm, value: replace(arm, payload=replace(arm.payload, mass=value)),
+            beam_mass,
+        ),
+        Adjustable(
+            "payload.inertia",
+            "kg·m²",
+            lambda arm: arm.payload.inertia,
+            lambda arm, value: replace(arm, payload=replace(arm.payload, inertia=value)),
+            _beam_inertia,
+        ),
+        Adjustable(
+            "hub.inertia",
+            "kg·m²",
+            lambda arm: arm.hub.inertia,
+            lambda arm, value: replace(arm, hub=replace(arm.hub, inertia=value)),
+            _beam_inertia,
+        ),
+        Adjustable(
+            "hub.radius",
+            "m",
+            lambda arm: arm.hub.radius,
+            lambda arm, value: replace(arm, hub=replace(arm.hub, radius=value)),
+            lambda arm: arm.beam.length,
+        ),
+    )
+}

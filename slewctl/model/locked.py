@@ -1,0 +1,112 @@
+"""Natural frequencies with the hub locked or free, converged, with an error estimate.
+
+A locked hub is what a shaker test with the brake on, or a dip in the response of the hub
+angle, shows: the zeros of the transfer function from torque to hub angle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.linalg import qr, solve_triangular
+
+from slewctl._types import Array
+from slewctl.arm import Arm
+from slewctl.basis import Basis, Polynomial
+from slewctl.errors import check_choice, check_count
+from slewctl.model.assembly import check_arm, factors
+
+Boundary = Literal["hub-locked", "free"]
+BOUNDARIES: tuple[Boundary, ...] = ("hub-locked", "free")
+_TARGET = 1e-11
+_MOST_FUNCTIONS = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Frequencies:
+    """The first natural frequencies of an arm and how far they are converged.
+
+    Attributes
+    ----------
+    boundary : {"hub-locked", "free"}
+        Whether the hub is held, or turns freely without torque.
+    hz : ndarray, shape (modes,)
+        Undamped frequencies of the flexible modes in Hz, increasing.
+    relative_errors : ndarray, shape (modes,)
+        Estimated relative error of each: its change when the polynomial basis was last
+        enlarged, plus rounding.
+    functions : int
+        How many polynomial functions they were computed with.
+    """
+
+    boundary: Boundary
+    hz: Array
+    relative_errors: Array
+    functions: int
+
+    def __post_init__(self) -> None:
+        self.hz.setflags(write=False)
+        self.relative_errors.setflags(write=False)
+
+
+def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Frequencies:
+    """Return the first `modes` converged flexible frequencies of `arm`.
+
+    The polynomial basis, with panels at the profiles' breakpoints, is enlarged until the
+    frequencies stop falling.
+
+    Parameters
+    ----------
+    arm : Arm
+    modes : int
+        How many flexible modes.
+    boundary : {"hub-locked", "free"}
+
+    Raises
+    ------
+    InputError
+        If `arm` is not an arm, modes < 1 or the boundary is unknown.
+    """
+    check_arm(arm, "frequencies")
+    check_choice(boundary, BOUNDARIES, "frequencies.boundary")
+    modes = check_count(modes, "frequencies.modes")
+    panels = len(arm.beam.breakpoints) + 1
+    functions = panels * (3 + 2 * modes // panels) + 12
+    coarse = ritz_frequencies_hz(arm, Polynomial(functions, arm.beam.breakpoints), boundary)
+    while True:
+        functions += max(4 * panels, functions // 4)
+        fine = ritz_frequencies_hz(arm, Polynomial(functions, arm.beam.breakpoints), boundary)
+        exact = fine[:modes]
+        change = np.abs(coarse[:modes] / exact - 1)
+        if change.max() <= _TARGET or functions > _MOST_FUNCTIONS:
+            rounding = np.finfo(float).eps * (10 + exact / exact[0])
+            return Frequencies(boundary, exact, change + rounding, functions)
+        coarse = fine
+
+
+def hub_locked_frequencies_hz(arm: Arm, modes: int) -> Array:
+    """Return the first `modes` frequencies in Hz of `arm` with its hub held, shape (modes,).
+
+    `frequencies` returns them with their error estimates.
+    """
+    return frequencies(arm, modes, "hub-locked").hz
+
+
+def ritz_frequencies_hz(arm: Arm, basis: Basis, boundary: Boundary) -> Array:
+    """Return all frequencies in Hz, shape (n,), that one `basis` gives, increasing.
+
+    With S = Q'T the stiffness factor, the singular values of R T⁻¹ are 1/ω.  R is the
+    triangular factor of the mass: of q alone when the hub is locked, of what remains once
+    the rigid rotation is taken out when it is free.
+    """
+    parts = factors(arm, basis)
+    n = basis.n
+    T = qr(parts.stiffness, mode="r")[0][:n]
+    if boundary == "hub-locked":
+        R = qr(parts.mass[:, 1:], mode="r")[0][:n]
+    else:
+        R = qr(parts.mass, mode="r")[0][1 : n + 1, 1:]
+    periods = np.linalg.svd(solve_triangular(T, R.T, trans="T"), compute_uv=False)
+    return 1 / (2 * np.pi * periods)
