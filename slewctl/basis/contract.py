@@ -84,7 +84,7 @@ class Basis(ABC):
                 where=f"{type(self).__name__}.evaluate",
                 remedy="give 0, 1 or 2",
             )
-        return self._evaluate(np.asarray(xi, dtype=float), derivative)
+        return self._evaluate(np.atleast_1d(np.asarray(xi, dtype=float)), derivative)
 
     @abstractmethod
     def _evaluate(self, xi: Array, derivative: int) -> Array:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from slewctl.design.h2 import build_h2, h2_lmi, solve_h2
 from slewctl.design.lqg import lqg
 from slewctl.design.lqr import kalman, lqr
-from slewctl.design.result import Certificate, Check, Controller
+from slewctl.design.result import Certificate, Check, Controller, given
 from slewctl.plant import GeneralisedPlant
 
 METHODS: dict[str, Callable[[GeneralisedPlant], Controller]] = {
@@ -19,6 +19,7 @@ __all__ = [
     "Check",
     "Controller",
     "build_h2",
+    "given",
     "h2_lmi",
     "kalman",
     "lqg",

@@ -7,7 +7,7 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import DesignError
 from slewctl.linalg import RiccatiSolution, solve_riccati, unobservable_modes
-from slewctl.plant import GeneralisedPlant
+from slewctl.plant import GeneralisedPlant, check_plant
 
 
 def lqr(plant: GeneralisedPlant) -> RiccatiSolution:
@@ -59,6 +59,7 @@ def check_assumptions(plant: GeneralisedPlant) -> None:
 
 
 def _check_regulator(plant: GeneralisedPlant) -> None:
+    check_plant(plant, "design")
     _refuse(
         plant.A,
         unobservable_modes(plant.A, plant.C1),
@@ -76,6 +77,7 @@ def _check_regulator(plant: GeneralisedPlant) -> None:
 
 
 def _check_filter(plant: GeneralisedPlant) -> None:
+    check_plant(plant, "design")
     _refuse(
         plant.A,
         unobservable_modes(plant.A, plant.C2),

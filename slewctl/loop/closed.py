@@ -9,8 +9,8 @@ import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.design import Controller
-from slewctl.errors import InputError, SlewctlError
+from slewctl.design import Controller, given
+from slewctl.errors import InputError, SlewctlError, shown
 from slewctl.linalg import H2Cost, h2_cost, stability_threshold
 from slewctl.loop.frequency import FrequencyResponse
 from slewctl.loop.margins import Margins, classical_margins
@@ -33,7 +33,7 @@ class Loop:
     objective : Objective
         Disturbances and cost by which it is judged.
     controller : Controller
-        Designed on any model of the same arm.
+        Designed on any model of the same arm; which arm that was is not checked.
     """
 
     model: Model
@@ -133,8 +133,16 @@ class Loop:
             )
 
 
-def close(model: Model, objective: Objective, controller: Controller) -> Loop:
+def close(model: Model, objective: Objective, controller: Controller | control.StateSpace) -> Loop:
     """Return the loop of `controller` around `model`, judged by `objective`.
+
+    Parameters
+    ----------
+    model : Model
+    objective : Objective
+    controller : Controller or control.StateSpace
+        A design's result, or a system of your own from the objective's sensors to its
+        actuator, by name; it is connected with a plus sign.
 
     Raises
     ------
@@ -142,6 +150,14 @@ def close(model: Model, objective: Objective, controller: Controller) -> Loop:
         If the controller takes other sensors than the objective names, or commands another
         actuator.
     """
+    if isinstance(controller, control.StateSpace):
+        controller = given(controller)
+    if not isinstance(controller, Controller):
+        raise InputError(
+            f"{shown(controller)} is no controller",
+            where="close",
+            remedy="give a Controller, or a control.StateSpace with named signals",
+        )
     commanded = controller.system.output_labels[0]
     if commanded != objective.actuator:
         raise InputError(

@@ -6,7 +6,7 @@ from slewctl.model.fit_result import Estimate, Fit
 from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies, hub_locked_frequencies_hz
 from slewctl.model.nonlinear import LargeDeflectionError, NonlinearModel, large_slew
 from slewctl.model.spin import SpinSofteningWarning, critical_spin_rad_s, spin_frequencies_hz
-from slewctl.model.truth import Truth, truth
+from slewctl.model.truth import Truth, arm_modes, truth
 
 __all__ = [
     "BOUNDARIES",
@@ -18,6 +18,7 @@ __all__ = [
     "NonlinearModel",
     "SpinSofteningWarning",
     "Truth",
+    "arm_modes",
     "assemble",
     "critical_spin_rad_s",
     "fit",

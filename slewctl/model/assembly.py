@@ -18,14 +18,8 @@ from scipy.linalg import qr, solve_triangular
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis
-from slewctl.errors import AccuracyError, InputError, shown
-from slewctl.model.quadrature import UNIT_ROUNDOFF, Rule, composite, halved
-
-# A callable profile has no known degree: panels are halved until the matrices settle.
-_SAMPLED_DEGREE = 24
-_SAMPLED_TOLERANCE = 1e-12
-_SAMPLED_ACCEPTABLE = 1e-6
-_SAMPLED_HALVINGS = 8
+from slewctl.errors import InputError, shown
+from slewctl.model.quadrature import SAMPLED_DEGREE, UNIT_ROUNDOFF, Rule, composite, settled
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +139,16 @@ def check_arm(arm: object, where: str) -> None:
         raise InputError(f"{shown(arm)} is not an Arm", where=where, remedy="give a slewctl.Arm")
 
 
+def check_model(model: object, where: str) -> None:
+    """Refuse what is not a `Model`."""
+    if not isinstance(model, Model):
+        raise InputError(
+            f"{shown(model)} is not a Model",
+            where=where,
+            remedy="make one with slewctl.assemble or slewctl.truth",
+        )
+
+
 def factors(arm: Arm, basis: Basis) -> Factors:
     """Return the square-root factors of `arm` in `basis` (see `Factors`)."""
     profiles = (arm.beam.mass_profile, arm.beam.stiffness_profile)
@@ -156,40 +160,14 @@ def factors(arm: Arm, basis: Basis) -> Factors:
     if len(known) == len(degrees):
         rule = composite(breakpoints, exponent, shape_degree + max(known))
         return _factors_on(arm, basis, rule)
-    return _settled_factors(arm, basis, breakpoints, exponent, shape_degree + _SAMPLED_DEGREE)
+    degree = shape_degree + SAMPLED_DEGREE
 
+    def build(points: tuple[float, ...]) -> tuple[Array, Array]:
+        found = _factors_on(arm, basis, composite(points, exponent, degree))
+        return found.mass, found.stiffness
 
-def _settled_factors(
-    arm: Arm, basis: Basis, breakpoints: tuple[float, ...], exponent: float, degree: int
-) -> Factors:
-    """Halve the panels until mass and stiffness agree on two successive rules."""
-    coarse = _factors_on(arm, basis, composite(breakpoints, exponent, degree))
-    best: Factors | None = None
-    for times in range(1, _SAMPLED_HALVINGS + 1):
-        fine = _factors_on(arm, basis, composite(halved(breakpoints, times), exponent, degree))
-        change = max(
-            _relative_change(coarse.mass, fine.mass),
-            _relative_change(coarse.stiffness, fine.stiffness),
-        )
-        best = Factors(fine.mass, fine.stiffness, max(change, UNIT_ROUNDOFF))
-        if change <= _SAMPLED_TOLERANCE:
-            break
-        coarse = fine
-    if best is None or best.quadrature_error > _SAMPLED_ACCEPTABLE:
-        raise AccuracyError(
-            f"the integrals over a callable profile still change by "
-            f"{math.nan if best is None else best.quadrature_error:.1e}",
-            where="beam",
-            remedy="give a profile with kinks or steps as Stations",
-        )
-    return best
-
-
-def _relative_change(coarse: Array, fine: Array) -> float:
-    """Return max |ΔG_ij| / sqrt(G_ii G_jj) between two Gram matrices of factors."""
-    gram = fine.T @ fine
-    scale = np.sqrt(np.diag(gram))
-    return float(np.max(np.abs(gram - coarse.T @ coarse) / np.outer(scale, scale)))
+    (mass, stiffness), change = settled(build, breakpoints, "beam")
+    return Factors(mass, stiffness, change)
 
 
 def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:

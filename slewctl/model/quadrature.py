@@ -12,6 +12,7 @@ best ρ brings that below the unit roundoff.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -20,6 +21,7 @@ import numpy as np
 from scipy.special import roots_legendre
 
 from slewctl._types import Array
+from slewctl.errors import AccuracyError
 
 UNIT_ROUNDOFF = 2.0**-53
 
@@ -98,3 +100,61 @@ def halved(breakpoints: tuple[float, ...], times: int) -> tuple[float, ...]:
     for _ in range(times):
         bounds = np.sort(np.concatenate([bounds, (bounds[:-1] + bounds[1:]) / 2]))
     return tuple(float(b) for b in bounds[1:-1])
+
+
+# A callable profile has no known degree: its panels take this one and are halved until the
+# matrices settle.
+SAMPLED_DEGREE = 24
+_SETTLED = 1e-12
+_ACCEPTABLE = 1e-6
+_HALVINGS = 8
+
+FactorBuilder = Callable[[tuple[float, ...]], tuple[Array, ...]]
+
+
+def settled(
+    build: FactorBuilder, breakpoints: tuple[float, ...], where: str
+) -> tuple[tuple[Array, ...], float]:
+    """Return factors built on panels that were halved until the factors' squares settle.
+
+    Parameters
+    ----------
+    build : callable
+        Returns square-root factors F of matrices FᵀF for given breakpoints.
+    breakpoints : tuple of float
+        Of the coarsest panels.
+    where : str
+        What is integrated, for the message.
+
+    Returns
+    -------
+    factors : tuple of ndarray
+    change : float
+        Largest relative change of the matrices in the last halving, at least the roundoff.
+
+    Raises
+    ------
+    AccuracyError
+        If they still change by more than 1e-6.
+    """
+    coarse, change = build(breakpoints), math.inf
+    for times in range(1, _HALVINGS + 1):
+        fine = build(halved(breakpoints, times))
+        change = max(map(_relative_change, coarse, fine))
+        coarse = fine
+        if change <= _SETTLED:
+            break
+    if not change <= _ACCEPTABLE:
+        raise AccuracyError(
+            f"the integrals over a callable profile still change by {change:.1e}",
+            where=where,
+            remedy="give a profile with kinks or steps as Stations",
+        )
+    return coarse, max(change, UNIT_ROUNDOFF)
+
+
+def _relative_change(coarse: Array, fine: Array) -> float:
+    """Return max |ΔG_ij| / sqrt(G_ii G_jj) between two Gram matrices of factors."""
+    gram = fine.T @ fine
+    scale = np.sqrt(np.diag(gram))
+    return float(np.max(np.abs(gram - coarse.T @ coarse) / np.outer(scale, scale)))

@@ -18,18 +18,12 @@ from scipy.linalg import qr, solve_triangular
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis
-from slewctl.errors import AccuracyError, InputError, check_choice, check_number, shown
+from slewctl.errors import InputError, check_choice, check_number, shown
 from slewctl.model.assembly import Model, factors
-from slewctl.model.quadrature import Rule, composite, halved
+from slewctl.model.quadrature import SAMPLED_DEGREE, Rule, composite, settled
 
 Plane = Literal["in", "out"]
 PLANES: tuple[Plane, ...] = ("in", "out")
-
-# As in the assembly: a callable profile has no known degree.
-_SAMPLED_DEGREE = 24
-_SAMPLED_TOLERANCE = 1e-12
-_SAMPLED_ACCEPTABLE = 1e-6
-_SAMPLED_HALVINGS = 7
 
 
 class SpinSofteningWarning(UserWarning):
@@ -72,23 +66,12 @@ def stiffening_factor(arm: Arm, basis: Basis) -> Array:
     degree = arm.beam.mass_profile.degree
     if degree is not None:
         return _stiffening_on(arm, basis, breakpoints, degree)
-    coarse = _stiffening_on(arm, basis, breakpoints, _SAMPLED_DEGREE)
-    change = math.inf
-    for times in range(1, _SAMPLED_HALVINGS + 1):
-        fine = _stiffening_on(arm, basis, halved(breakpoints, times), _SAMPLED_DEGREE)
-        gram = fine.T @ fine
-        scale = np.sqrt(np.diag(gram))
-        change = float(np.max(np.abs(gram - coarse.T @ coarse) / np.outer(scale, scale)))
-        coarse = fine
-        if change <= _SAMPLED_TOLERANCE:
-            break
-    if change > _SAMPLED_ACCEPTABLE:
-        raise AccuracyError(
-            f"the centrifugal stiffness of a callable profile still changes by {change:.1e}",
-            where="beam.mass_per_length",
-            remedy="give a profile with kinks or steps as Stations",
-        )
-    return coarse
+    (factor,), _ = settled(
+        lambda points: (_stiffening_on(arm, basis, points, SAMPLED_DEGREE),),
+        breakpoints,
+        "beam.mass_per_length",
+    )
+    return factor
 
 
 def _stiffening_on(arm: Arm, basis: Basis, breakpoints: tuple[float, ...], degree: int) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm import Arm
-from slewctl.basis import Combined, Polynomial
+from slewctl.basis import Basis, Combined, Polynomial
 from slewctl.errors import check_count
 from slewctl.model.assembly import (
     Factors,
@@ -86,6 +86,24 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     """
     check_arm(arm, "truth")
     return _truth(arm, check_count(modes, "truth.modes"))
+
+
+def arm_modes(arm: Arm, n: int) -> Basis:
+    """Return the arm's own first `n` slewing modes as a basis: the yardstick for all others.
+
+    Each is a converged mode of the free arm minus its root slope times x.
+
+    Parameters
+    ----------
+    arm : Arm
+    n : int
+
+    Raises
+    ------
+    InputError
+        As `truth`.
+    """
+    return truth(arm, n).basis
 
 
 @lru_cache(maxsize=64)

@@ -1,7 +1,7 @@
 """State-space models with named signals, and the generalised plant w, u → z, y."""
 
 from slewctl.plant.nonlinear import nonlinear_system
-from slewctl.plant.problem import GeneralisedPlant, Objective, generalised_plant
+from slewctl.plant.problem import GeneralisedPlant, Objective, check_plant, generalised_plant
 from slewctl.plant.signals import ACTUATORS, SIGNALS, TORQUE, VOLTAGE, Signal, signal
 from slewctl.plant.statespace import state_space
 
@@ -13,6 +13,7 @@ __all__ = [
     "GeneralisedPlant",
     "Objective",
     "Signal",
+    "check_plant",
     "generalised_plant",
     "nonlinear_system",
     "signal",

@@ -24,6 +24,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.errors import InputError, check_choice, check_positive, shown
 from slewctl.model import Model
+from slewctl.model.assembly import check_model
 from slewctl.plant.signals import ACTUATORS, SIGNALS, TORQUE, check_signals
 from slewctl.plant.statespace import Actuator, drive, state_space
 
@@ -247,6 +248,16 @@ class GeneralisedPlant:
             )
 
 
+def check_plant(plant: object, where: str) -> None:
+    """Refuse what is not a `GeneralisedPlant`."""
+    if not isinstance(plant, GeneralisedPlant):
+        raise InputError(
+            f"{shown(plant)} is not a GeneralisedPlant",
+            where=where,
+            remedy="make one with slewctl.generalised_plant(model, objective)",
+        )
+
+
 def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
     """Return the generalised plant of `objective` on `model`, in modal coordinates.
 
@@ -266,6 +277,13 @@ def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
         ``tip_acceleration``), for which the H2 cost is not finite; if a station is beyond
         the tip, or the objective limits the voltage of an arm without a motor.
     """
+    check_model(model, "generalised_plant")
+    if not isinstance(objective, Objective):
+        raise InputError(
+            f"{shown(objective)} is not an Objective",
+            where="generalised_plant",
+            remedy="give a slewctl.Objective",
+        )
     z_names, sensors, actuator = objective.performance, objective.sensors, objective.actuator
     outputs = _union(z_names, sensors)
     plant = state_space(model, outputs, input=actuator, coordinates="modal")

@@ -13,6 +13,7 @@ from slewctl._types import Array
 from slewctl.arm import Arm, Motor
 from slewctl.errors import InputError, check_choice, check_positive
 from slewctl.model import Model
+from slewctl.model.assembly import check_model
 from slewctl.plant.signals import ACTUATORS, TORQUE, VOLTAGE, check_signals, signal
 
 Coordinates = Literal["physical", "modal"]
@@ -70,6 +71,7 @@ def state_space(
         For an unknown output, input or coordinates, a station beyond the tip, a voltage
         without a motor, or a sample time that is not positive.
     """
+    check_model(model, "state_space")
     names = check_signals(outputs, "outputs", model.arm.beam)
     check_choice(input, ACTUATORS, "input")
     system = _second_order(model, coordinates, input)

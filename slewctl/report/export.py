@@ -20,16 +20,16 @@ from slewctl.errors import InputError
 
 # Ten digits are kept of every number: those behind them change from machine to machine.
 _DIGITS = 10
-# Long arrays are curves: six digits draw them, and keep the files small.
+# Long arrays are curves: five digits draw them, and keep the files small.
 _CURVE_LENGTH = 50
-_CURVE_DIGITS = 6
+_CURVE_DIGITS = 5
 
 
 def to_plain(value: Any) -> Any:
     """Return `value` as JSON knows it.
 
     Dataclasses become objects, arrays lists, complex numbers ``[re, im]`` and infinities
-    the strings "inf" and "-inf".  Numbers keep ten digits, arrays longer than fifty six.
+    the strings "inf" and "-inf".  Numbers keep ten digits, arrays longer than fifty five.
     """
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_plain(getattr(value, f.name)) for f in fields(value)}

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from slewctl import arms
 
 ROOT = Path(__file__).parents[2]
 FAST = """
@@ -135,3 +138,28 @@ def test_modes_prints_each_basis_and_the_truth() -> None:
 
 def test_modes_takes_a_design_file(design: Path) -> None:
     assert "truth" in slewctl("modes", design, "-n", "2").stdout
+
+
+def test_arms_lists_the_catalogue_and_tells_about_one() -> None:
+    listed = slewctl("arms")
+    assert listed.returncode == 0
+    for name in arms.names():
+        assert name in listed.stdout
+    one = slewctl("arms", "quanser-flexible-link")
+    assert "source: Quanser" in one.stdout
+    assert "uncertain: " in one.stdout
+    assert re.search(r"hub-locked +1 +4\.029\d* +4\.12 +-2\.20%", one.stdout)
+    wrong = slewctl("arms", "quanser")
+    assert wrong.returncode == 2
+    assert "did you mean 'quanser-flexible-link'" in wrong.stderr or "known:" in wrong.stderr
+
+
+def test_brackets_in_names_are_no_markup(design: Path, tmp_path: Path) -> None:
+    odd = tmp_path / "[red]x[b].toml"
+    odd.write_text(
+        FAST.replace('catalogue = "paper-beam"', 'catalogue = "paper-beam"\nname = "link [/A] 2"')
+    )
+    checked = slewctl("check", odd)
+    assert checked.returncode == 0, checked.stderr
+    assert "[red]x[b]" in checked.stdout
+    assert "link [/A] 2" in slewctl("modes", odd, "-n", "1").stdout

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import control
 import numpy as np
 import pytest
@@ -14,7 +16,20 @@ from design_problems import (
 )
 from hypothesis import given, settings
 
-from slewctl import Arm, ClampedFree, Objective, assemble, generalised_plant, kalman, lqr
+from slewctl import (
+    Arm,
+    Beam,
+    ClampedFree,
+    InputError,
+    Objective,
+    Slewing,
+    assemble,
+    generalised_plant,
+    h2_lmi,
+    kalman,
+    lqg,
+    lqr,
+)
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES)
@@ -106,3 +121,10 @@ def test_filter_gain_is_the_state_feedback_of_the_transposed_plant() -> None:
     assert np.linalg.norm(lqr(dual).gain - kalman(plant).gain) < 1e-12 * np.linalg.norm(
         kalman(plant).gain
     )
+
+
+@pytest.mark.parametrize("method", [lqr, kalman, lqg, h2_lmi])
+def test_designing_on_something_else_is_refused(method: Callable[[object], object]) -> None:
+    for wrong in (None, assemble(Arm(Beam(1.0, 1.0, 1.0)), Slewing(1))):
+        with pytest.raises(InputError, match="is not a GeneralisedPlant"):
+            method(wrong)

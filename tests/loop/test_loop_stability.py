@@ -180,3 +180,17 @@ def test_mismatched_sensors_are_refused(measured: tuple[str, ...]) -> None:
     other = Objective({"tip": 0.1, "torque": 1.0}, {"torque": 0.1, **dict.fromkeys(measured, 0.01)})
     with pytest.raises(InputError, match="the controller takes"):
         close(truth(arm, 5), other, controller)
+
+
+def test_a_users_own_controller_is_judged_like_any_other() -> None:
+    loop = stable_loop()
+    again = close(loop.model, loop.objective, loop.controller.system)
+    assert again.margins == loop.margins
+    assert again.h2 == loop.h2
+
+
+@pytest.mark.parametrize("wrong", [None, 1.0, control.tf([1], [1, 1])])
+def test_what_is_no_controller_is_refused(wrong: object) -> None:
+    loop = stable_loop()
+    with pytest.raises(InputError, match="is no controller"):
+        close(loop.model, loop.objective, wrong)  # type: ignore[arg-type]

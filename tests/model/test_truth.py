@@ -36,6 +36,7 @@ from slewctl import (
     Slewing,
     Stations,
     Truth,
+    arm_modes,
     arms,
     assemble,
     truth,
@@ -263,3 +264,10 @@ def test_root_moment_of_the_truth_with_a_hub_converges_with_its_modes() -> None:
     ]
     assert errors[1] < errors[0] / 6
     assert errors[2] < errors[1] / 6
+
+
+def test_arm_modes_are_the_basis_that_needs_no_more_functions(full_arm: Arm) -> None:
+    exact = truth(full_arm, 6)
+    for n in (1, 3, 6):
+        model = assemble(full_arm, arm_modes(full_arm, n))
+        np.testing.assert_allclose(model.omega, exact.omega[:n], rtol=1e-10)
