@@ -14,6 +14,7 @@ from slewctl.arm import Arm
 from slewctl.basis.contract import Basis, Growth
 from slewctl.basis.inertia import inertia_of
 from slewctl.basis.matched_roots import Ratios, hub_matched_roots, power_series
+from slewctl.errors import InputError, shown
 
 # Below, sin, cos and the exponentials are nearly dependent; above, Krylov's functions are.
 _KRYLOV_BELOW = 2.5
@@ -40,11 +41,20 @@ class HubMatched(Basis):
     Raises
     ------
     InputError
-        If n < 1.
+        If n < 1, or `ratios` is something else.
     """
 
     ratios: Ratios = field(default_factory=Ratios)
     name: ClassVar[str] = "hub-matched"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.ratios, Ratios):
+            raise InputError(
+                f"{shown(self.ratios)} is not of type Ratios",
+                where="HubMatched.ratios",
+                remedy="give Ratios, or make the basis for an arm with HubMatched.of(arm, n)",
+            )
 
     @classmethod
     def of(cls, arm: Arm, n: int) -> Self:

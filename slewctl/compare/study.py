@@ -17,10 +17,12 @@ from slewctl.model import Model, assemble
 
 Progress = Callable[[str], None]
 
-_CURVE_POINTS = 300
+_CURVE_POINTS = 200
 SHAPES_SHOWN = 6
 # A step of a curve, in nepers and radians together, that is still drawn as a line.
-_CURVE_STEP = 0.25
+_CURVE_STEP = 0.4
+# A lightly damped zero is this much narrower than the distance of the first points.
+_CURVE_HALVINGS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,10 +208,12 @@ def _curve(outcome: Outcome) -> LoopCurves:
 def _smooth(loop: Loop, omega: Array) -> tuple[Array, ComplexArray]:
     """Return frequencies and L there, with more of them wherever a drawn line would bend."""
     values = loop.response(omega)
-    for _ in range(3):
+    for _ in range(_CURVE_HALVINGS):
         with np.errstate(divide="ignore", invalid="ignore"):
             step = np.abs(np.log(values[1:] / values[:-1]))
         coarse = step > _CURVE_STEP
+        if not coarse.any():
+            break
         omega = np.sort(np.concatenate([omega, np.sqrt(omega[1:] * omega[:-1])[coarse]]))
         values = loop.response(omega)
     finite = np.isfinite(values)

@@ -124,7 +124,7 @@ class SlewResponse:
     summary: SlewSummary
 
 
-def simulate_slew(loop: Loop, slew: Slew, points: int = 601) -> SlewResponse:
+def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     """Return the response of a stable loop to `slew`.
 
     The controller is given y − y_ref, where y_ref is what each sensor would read on a rigid

@@ -151,3 +151,9 @@ def test_impossible_ratios_are_refused(name: str, value: object) -> None:
     with pytest.raises(InputError) as error:
         Ratios(**{name: value})
     assert error.value.where == f"ratios.{name}"
+
+
+@pytest.mark.parametrize("wrong", [None, 0.5, Arm(Beam(1.0, 1.0, 1.0))])
+def test_what_are_no_ratios_are_refused(wrong: object) -> None:
+    with pytest.raises(InputError, match=r"HubMatched\.of\(arm, n\)"):
+        HubMatched(3, wrong)  # type: ignore[arg-type]

@@ -26,8 +26,9 @@ from slewctl import (
     assemble,
     generalised_plant,
     lqg,
+    truth,
 )
-from slewctl.basis import Basis
+from slewctl.basis import Basis, create
 from slewctl.design import build_h2, h2_lmi, solve_h2
 
 OBJECTIVE = Objective(
@@ -52,6 +53,19 @@ def gap(p: GeneralisedPlant) -> float:
 @pytest.mark.parametrize("n", [1, 2, 4, 8])
 def test_gap_is_below_1e_9(basis: type[Basis], n: int, hub: float) -> None:
     assert gap(plant(basis(n), hub)) < 1e-9
+
+
+@pytest.mark.parametrize("name", arms.names())
+@pytest.mark.parametrize("basis", ["clamped-free", "slewing", "hub-matched"])
+def test_gap_is_below_1e_9_for_every_catalogue_arm(name: str, basis: str) -> None:
+    arm = replace(arms.get(name), damping_ratio=0.005, motor=None)
+    omega = truth(arm, 1).omega[0]
+    torque = 0.1 * assemble(arm, Polynomial(1)).mass[0, 0] * omega**2
+    objective = Objective(
+        {"tip": 0.1 * arm.beam.length, "torque": torque},
+        {"torque": 0.1 * torque / omega**0.5, "theta": 3e-3 / omega**0.5},
+    )
+    assert gap(generalised_plant(assemble(arm, create(basis, 4, arm)), objective)) < 1e-9
 
 
 @pytest.mark.slow
