@@ -236,7 +236,7 @@ CATALOGUE: dict[str, Entry] = {
         "Wind Turbine for Offshore System Development, NREL/TP-500-38060, 2009, tables 2-1 and 2-2",
         uncertain="pre-twist (13° at the root) and the coupling with flapping are left out; the "
         "mass integrates to 17,609 kg between linear stations, where the report states 17,740; "
-        "the shaft is rigid here",
+        "the shaft is rigid here; the published frequencies are quoted at second hand",
         published=(
             Published(
                 "hub-locked",
