@@ -14,14 +14,13 @@ from scipy.linalg import qr, solve_triangular
 
 from slewctl._types import Array
 from slewctl.arm import Arm
-from slewctl.basis import Basis, Polynomial
+from slewctl.basis import Basis
 from slewctl.errors import check_choice, check_count
 from slewctl.model.assembly import check_arm, factors
+from slewctl.model.converge import converged
 
 Boundary = Literal["hub-locked", "free"]
 BOUNDARIES: tuple[Boundary, ...] = ("hub-locked", "free")
-_TARGET = 1e-11
-_MOST_FUNCTIONS = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,18 +71,10 @@ def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Freq
     check_arm(arm, "frequencies")
     check_choice(boundary, BOUNDARIES, "frequencies.boundary")
     modes = check_count(modes, "frequencies.modes")
-    panels = len(arm.beam.breakpoints) + 1
-    functions = panels * (3 + 2 * modes // panels) + 12
-    coarse = ritz_frequencies_hz(arm, Polynomial(functions, arm.beam.breakpoints), boundary)
-    while True:
-        functions += max(4 * panels, functions // 4)
-        fine = ritz_frequencies_hz(arm, Polynomial(functions, arm.beam.breakpoints), boundary)
-        exact = fine[:modes]
-        change = np.abs(coarse[:modes] / exact - 1)
-        if change.max() <= _TARGET or functions > _MOST_FUNCTIONS:
-            rounding = np.finfo(float).eps * (10 + exact / exact[0])
-            return Frequencies(boundary, exact, change + rounding, functions)
-        coarse = fine
+    hz, errors, functions = converged(
+        arm, modes, lambda basis: ritz_frequencies_hz(arm, basis, boundary), lambda found: found
+    )
+    return Frequencies(boundary, hz[:modes], errors, functions)
 
 
 def hub_locked_frequencies_hz(arm: Arm, modes: int) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm import Arm
-from slewctl.basis import Basis, Combined, Polynomial
+from slewctl.basis import Basis, Combined
 from slewctl.errors import check_count
 from slewctl.model.assembly import (
     Factors,
@@ -19,10 +19,9 @@ from slewctl.model.assembly import (
     factors,
     model_from_factors,
 )
+from slewctl.model.converge import converged
 
 DEFAULT_MODES = 20
-_TARGET = 1e-11
-_MOST_FUNCTIONS = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,18 +107,10 @@ def arm_modes(arm: Arm, n: int) -> Basis:
 
 @lru_cache(maxsize=64)
 def _truth(arm: Arm, modes: int) -> Truth:
-    panels = len(arm.beam.breakpoints) + 1
-    functions = panels * (3 + 2 * modes // panels) + 12
-    coarse = assemble(arm, Polynomial(functions, arm.beam.breakpoints))
-    while True:
-        functions += max(4 * panels, functions // 4)
-        fine = assemble(arm, Polynomial(functions, arm.beam.breakpoints))
-        exact = fine.omega[:modes]
-        change = np.abs(coarse.omega[:modes] / exact - 1)
-        if change.max() <= _TARGET or functions > _MOST_FUNCTIONS:
-            rounding = np.finfo(float).eps * (10 + exact / exact[0])
-            return _cut(fine, modes, change + rounding + fine.quadrature_error)
-        coarse = fine
+    fine, errors, _ = converged(
+        arm, modes, lambda basis: assemble(arm, basis), lambda model: model.omega
+    )
+    return _cut(fine, modes, errors + fine.quadrature_error)
 
 
 def _cut(model: Model, modes: int, errors: Array) -> Truth:
