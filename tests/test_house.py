@@ -19,7 +19,7 @@ MAY_IMPORT = {
     "basis": {"arm"},
     "model": {"arm", "basis"},
     "plant": {"arm", "model"},
-    "design": {"plant"},
+    "design": {"arm", "model", "plant"},
     "loop": {"model", "plant", "design"},
     "compare": {"arm", "basis", "model", "plant", "design", "loop"},
     "paper": {"arm", "basis", "model", "plant", "design", "loop"},

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from slewctl.arm import Arm
 from slewctl.basis import NAMES
-from slewctl.design import METHODS
-from slewctl.errors import InputError, check_choice, check_count, shown
+from slewctl.design import METHODS, options
+from slewctl.errors import InputError, check_choice, check_count, shown, suggest
 from slewctl.loop import Slew
 from slewctl.model.truth import DEFAULT_MODES
 from slewctl.plant import Objective
@@ -32,6 +33,8 @@ class Case:
         Number of admissible functions of the design model.
     method : str
         Name of the design method (see `slewctl.design.METHODS`).
+    options : mapping of str to object
+        The method's own options, such as ``bandwidth_hz``, given to it by keyword.
     slew : Slew
         The turn that is simulated.
     title : str
@@ -57,6 +60,7 @@ class Case:
     basis: str = "clamped-free"
     n: int = 2
     method: str = "lqg"
+    options: Mapping[str, object] = field(default_factory=dict)
     slew: Slew = field(default_factory=lambda: Slew(angle_deg=30.0, duration_s=2.0))
     title: str = ""
     source: str = ""
@@ -69,6 +73,14 @@ class Case:
         object.__setattr__(self, "orders", tuple(self.orders))
         check_choice(self.basis, NAMES, "model.basis")
         check_choice(self.method, METHODS, "controller.method")
+        known = options(self.method)
+        for key in self.options:
+            if key not in known:
+                raise InputError(
+                    f"method {self.method} has no such option",
+                    where=f"controller.{key}",
+                    remedy=suggest(key, known) if known else "leave it out",
+                )
         check_count(self.n, "model.n")
         for basis in self.bases:
             check_choice(basis, NAMES, "compare.bases")

@@ -141,7 +141,10 @@ class Judge:
         """Return the design model and the controller made on it alone."""
         model = assemble(self.case.arm, create(basis, n, self.case.arm))
         plant = generalised_plant(model, self.case.objective)
-        return model, METHODS[self.case.method](plant)
+        try:
+            return model, METHODS[self.case.method](plant, **self.case.options)
+        except SlewctlError as error:
+            raise error.within("controller", ".") from error
 
     def evaluate(self, basis: str, n: int) -> Outcome:
         """Return the evaluation of a design on the truth, with its loop and slew.

@@ -1,28 +1,39 @@
 """Controller design, one file per method, with one result type."""
 
+import inspect
 from collections.abc import Callable
 
 from slewctl.design.h2 import build_h2, h2_lmi, solve_h2
 from slewctl.design.lqg import lqg
 from slewctl.design.lqr import kalman, lqr
-from slewctl.design.result import Certificate, Check, Controller, given
-from slewctl.plant import GeneralisedPlant
+from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished, given
 
-METHODS: dict[str, Callable[[GeneralisedPlant], Controller]] = {
+# Each takes a plant and, by keyword alone, options of its own: the keys of [controller].
+METHODS: dict[str, Callable[..., Controller]] = {
     "lqg": lqg,
     "h2-lmi": h2_lmi,
 }
+
+
+def options(method: str) -> tuple[str, ...]:
+    """Return the names of the options that a method of `METHODS` takes."""
+    parameters = inspect.signature(METHODS[method]).parameters.values()
+    return tuple(p.name for p in parameters if p.kind is p.KEYWORD_ONLY)
+
 
 __all__ = [
     "METHODS",
     "Certificate",
     "Check",
     "Controller",
+    "Guarantee",
     "build_h2",
+    "finished",
     "given",
     "h2_lmi",
     "kalman",
     "lqg",
     "lqr",
+    "options",
     "solve_h2",
 ]

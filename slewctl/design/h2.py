@@ -28,7 +28,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.design.lqg import observer_feedback, optimal_cost
 from slewctl.design.lqr import check_assumptions, kalman, lqr
-from slewctl.design.result import Certificate, Check, Controller
+from slewctl.design.result import Check, Controller, finished
 from slewctl.errors import AccuracyError, InputError
 from slewctl.linalg import h2_cost
 from slewctl.plant import GeneralisedPlant
@@ -142,18 +142,13 @@ def solve_h2(problem: H2Problem) -> Controller:
     Kf, filter_status = _solved(problem.filter)
     system = observer_feedback(plant, K, Kf.T, "h2_lmi")
     closed = plant.close(system)
-    slowest = float(np.linalg.eigvals(closed.A).real.max())
-    cost = h2_cost(closed.A, closed.B, closed.C).value if slowest < 0 else np.inf
+    stable = np.linalg.eigvals(np.asarray(closed.A)).real.max() < 0
+    cost = h2_cost(closed.A, closed.B, closed.C).value if stable else np.inf
     optimum = optimal_cost(plant, lqr(plant), kalman(plant))
-    certificate = Certificate(
-        (
-            Check("closed-loop poles right of the axis", max(slowest, 0.0), 0.0),
-            Check(f"cost over the Riccati optimum ({status}, {filter_status})",
-                  abs(cost / optimum - 1), GAP),
-        )
-    )  # fmt: skip
-    gains = {"state_feedback": K, "observer": Kf.T}
-    return Controller(system, "h2-lmi", gains, cost, certificate)
+    gap = Check(
+        f"cost over the Riccati optimum ({status}, {filter_status})", abs(cost / optimum - 1), GAP
+    )
+    return finished(plant, system, "h2-lmi", {"state_feedback": K, "observer": Kf.T}, checks=(gap,))
 
 
 def _frequencies(plant: GeneralisedPlant) -> Array:

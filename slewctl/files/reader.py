@@ -109,6 +109,7 @@ def read_design(path: Path) -> DesignFile:
             basis=table.model.basis,
             n=table.model.n,
             method=table.controller.method,
+            options=table.controller.model_extra or {},
             slew=Slew(**table.slew.model_dump()),
             title=table.title,
             truth_modes=table.truth.modes,

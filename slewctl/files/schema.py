@@ -102,7 +102,12 @@ class ModelTable(Table):
 
 
 class ControllerTable(Table):
-    """``[controller]``: method and weights in physical terms."""
+    """``[controller]``: method, weights in physical terms, and the method's own options.
+
+    The case knows the options of its method and refuses what is none.
+    """
+
+    model_config = ConfigDict(extra="allow", strict=True, frozen=True)
 
     method: str
     limits: dict[str, Positive]

@@ -120,10 +120,15 @@ class GeneralisedPlant:
     system : control.StateSpace
         Inputs ``w_…`` then the actuator; outputs ``z_…`` then the sensors.
     sensors : tuple of str
+    model : Model or None
+        What the plant was made of, for methods that need more than its matrices.
+    objective : Objective or None
     """
 
     system: control.StateSpace
     sensors: tuple[str, ...]
+    model: Model | None = None
+    objective: Objective | None = None
 
     @property
     def actuator(self) -> str:
@@ -318,7 +323,7 @@ def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
         states=list(plant.state_labels),
         name=f"{plant.name}_generalised",
     )
-    return GeneralisedPlant(system, sensors)
+    return GeneralisedPlant(system, sensors, model, objective)
 
 
 def _union(first: Sequence[str], second: Sequence[str]) -> tuple[str, ...]:
