@@ -179,3 +179,209 @@ def unobservable_modes(A: Array, C: Array) -> ComplexArray:
         < 1e-11
     ]
     return np.array(hidden, dtype=complex)
+
+
+# Squarings that a matrix of spectral radius 1 − 1e-12 needs to vanish.
+_MOST_DOUBLINGS = 46
+
+
+def solve_discrete_lyapunov(A: Array, Q: Array) -> Array:
+    """Return the solution of X = A X Aᵀ + Q by doubling.
+
+    R. A. Smith, SIAM J. Applied Mathematics 16 (1968): every step squares A and adds a
+    positive semidefinite matrix where Q is one, so that nothing cancels.
+
+    Parameters
+    ----------
+    A, Q : ndarray, shape (n, n)
+        All eigenvalues of A within the unit circle; Q symmetric.
+
+    Raises
+    ------
+    AccuracyError
+        If the sum does not converge: A is not stable to working precision.
+    """
+    X, power = (Q + Q.T) / 2, A
+    for _ in range(_MOST_DOUBLINGS):
+        with np.errstate(over="ignore", invalid="ignore"):
+            step = power @ X @ power.T
+            X, power = X + (step + step.T) / 2, power @ power
+            added, size = np.linalg.norm(step), np.linalg.norm(X)
+        if not np.isfinite([added, size]).all() or not np.isfinite(power).all():
+            break
+        if added <= np.finfo(float).eps * size:
+            return X
+    raise AccuracyError(
+        "the sampled loop is not stable to working precision",
+        where="lyapunov",
+        remedy="decide its stability first",
+    )
+
+
+def solve_discrete_riccati(
+    A: Array, B: Array, Q: Array, R: Array, S: Array | None = None
+) -> RiccatiSolution:
+    """Return the stabilising solution of the discrete-time Riccati equation.
+
+    X = AᵀXA − (AᵀXB + S)(R + BᵀXB)⁻¹(BᵀXA + Sᵀ) + Q, by structure-preserving doubling (Chu,
+    Fan, Lin and Wang, Int. J. Control 77, 2004) and Newton steps.
+
+    Parameters
+    ----------
+    A, B, Q, R : ndarray, shapes (n, n), (n, m), (n, n), (m, m)
+        R positive definite.
+    S : ndarray, shape (n, m), optional
+        The cost 2 xᵀSu.
+
+    Returns
+    -------
+    RiccatiSolution
+        ``gain`` is (R + BᵀXB)⁻¹(BᵀXA + Sᵀ); the residual is relative to the largest term.
+
+    Raises
+    ------
+    AccuracyError
+        If there is no stabilising solution to working precision.
+    """
+    scale = balance(A)
+    outer = np.outer(scale, scale)
+    root = np.linalg.cholesky(R)
+    An, Qn = A / scale[:, None] * scale, Q * outer
+    Bn = solve_triangular(root, (B / scale[:, None]).T, lower=True).T
+    cross = np.zeros_like(B) if S is None else S * scale[:, None]
+    Sn = solve_triangular(root, cross.T, lower=True).T
+    gain = _first_gain(An - Bn @ Sn.T, Bn, Qn - Sn @ Sn.T) + Sn.T
+    for _ in range(2):
+        X, gain = _newton_step(An, Bn, Qn, Sn, gain)
+    terms = (X, An.T @ X @ An, (An.T @ X @ Bn + Sn) @ gain, Qn)
+    defect = np.linalg.norm(terms[0] - terms[1] + terms[2] - terms[3])
+    residual = float(defect / max(np.linalg.norm(term) for term in terms))
+    return RiccatiSolution(X / outer, solve_triangular(root.T, gain) / scale, residual)
+
+
+def _newton_step(A: Array, B: Array, Q: Array, S: Array, gain: Array) -> tuple[Array, Array]:
+    """Return the cost matrix of the feedback −gain, and the better gain that it yields."""
+    closed = A - B @ gain
+    if not np.abs(np.linalg.eigvals(closed)).max() < 1:
+        raise _no_solution()
+    cost = Q - S @ gain - gain.T @ S.T + gain.T @ gain
+    X = solve_discrete_lyapunov(closed.T, cost)
+    weight = np.eye(B.shape[1]) + B.T @ X @ B
+    return X, np.asarray(np.linalg.solve(weight, B.T @ X @ A + S.T))
+
+
+def _first_gain(A: Array, B: Array, Q: Array) -> Array:
+    """Return the gain (I + BᵀXB)⁻¹BᵀXA by doubling, with X in units that make Q and BBᵀ alike."""
+    size = np.sqrt(_nonzero(Q)) / _nonzero(B)
+    E, G, H = A, size * B @ B.T, Q / size
+    eye = np.eye(len(A))
+    for _ in range(_MOST_DOUBLINGS):
+        with np.errstate(over="ignore", invalid="ignore"):
+            try:
+                left = np.linalg.solve(eye + G @ H, np.hstack([E, G]))
+            except LinAlgError as error:
+                raise _no_solution() from error
+            EG, GG = left[:, : len(A)], left[:, len(A) :]
+            step = E.T @ H @ EG
+            grown = E @ GG @ E.T
+            E, G, H = E @ EG, G + (grown + grown.T) / 2, H + (step + step.T) / 2
+            added, reached = np.linalg.norm(step), np.linalg.norm(H)
+        if not all(np.isfinite(matrix).all() for matrix in (E, G, reached)):
+            break
+        if added <= np.finfo(float).eps * reached:
+            X = size * H
+            weight = np.eye(B.shape[1]) + B.T @ X @ B
+            return np.asarray(np.linalg.solve(weight, B.T @ X @ A))
+    raise _no_solution()
+
+
+def _no_solution() -> AccuracyError:
+    return AccuracyError(
+        "the sampled Riccati equation has no stabilising solution to working precision",
+        where="riccati",
+        remedy="check that every undamped mode is penalised and reached by noise, and that no "
+        "multiple of half the sampling rate falls on a mode's frequency",
+    )
+
+
+@dataclass(frozen=True)
+class HinfNorm:
+    """The largest singular value of a frequency response.
+
+    Attributes
+    ----------
+    value : float
+        Attained at `omega`; the norm is at most a relative 1e-8 above it.
+    omega : float
+        In rad/s; infinite where it is that of D.
+    """
+
+    value: float
+    omega: float
+
+
+_NORM_TOLERANCE = 1e-8
+_NORM_ROUNDS = 40
+
+
+def hinf_norm(A: Array, B: Array, C: Array, D: Array) -> HinfNorm:
+    """Return ‖C(sI − A)⁻¹B + D‖∞ of a stable system, enclosed by eigenvalues.
+
+    σ_max equals γ at ω only if jω is an eigenvalue of a Hamiltonian matrix (Bruinsma and
+    Steinbuch, Systems & Control Letters 14, 1990), so a level that has none is an upper bound.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray, shapes (n, n), (n, m), (p, n), (p, m)
+        A must be stable; the caller decides stability first.
+
+    Raises
+    ------
+    AccuracyError
+        If the levels do not close in on the norm.
+    """
+    scale = balance(A)
+    A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
+    ratio = np.sqrt(_nonzero(C) / _nonzero(B))
+    B, C = B * ratio, C / ratio
+    poles = np.linalg.eigvals(A)
+    omega = np.unique(np.concatenate([[0.0], np.abs(poles), np.abs(poles.imag)]))
+    best = HinfNorm(float(np.linalg.norm(D, 2)), np.inf)
+    for _ in range(_NORM_ROUNDS):
+        best = _larger(A, B, C, D, omega, best)
+        level = best.value * (1 + _NORM_TOLERANCE)
+        if level == 0:
+            return best
+        crossings = _norm_crossings(A, B, C, D, level)
+        middles = np.sqrt(crossings[1:] * crossings[:-1])
+        omega = np.concatenate([crossings, middles])
+        if _larger(A, B, C, D, omega, best).value <= level:
+            return best
+    raise AccuracyError("the H∞ norm could not be enclosed", where="hinf_norm")
+
+
+def _larger(A: Array, B: Array, C: Array, D: Array, omega: Array, best: HinfNorm) -> HinfNorm:
+    """Return the largest of the known value and those at `omega`."""
+    if not len(omega):
+        return best
+    points = 1j * omega[:, None, None] * np.eye(len(A)) - A
+    response = C @ np.linalg.solve(points, np.broadcast_to(B, (len(omega), *B.shape))) + D
+    sizes = np.linalg.norm(response, 2, axis=(1, 2))
+    k = int(np.argmax(sizes))
+    return HinfNorm(float(sizes[k]), float(omega[k])) if sizes[k] > best.value else best
+
+
+def _norm_crossings(A: Array, B: Array, C: Array, D: Array, level: float) -> Array:
+    """Return frequencies near which a singular value may equal `level`, increasing."""
+    room = level**2 * np.eye(B.shape[1]) - D.T @ D
+    inner = np.linalg.solve(room, np.hstack([D.T @ C, B.T]))
+    n = len(A)
+    closed = A + B @ inner[:, :n]
+    outer = np.eye(C.shape[0]) + D @ np.linalg.solve(room, D.T)
+    hamiltonian = np.block(
+        [[closed, level * B @ inner[:, n:]], [-(C.T @ outer @ C) / level, -closed.T]]
+    )
+    values = np.linalg.eigvals(hamiltonian)
+    # A loose test costs evaluations; a tight one would lose a flat peak.
+    near = values[(np.abs(values.real) <= 2e-2 * np.abs(values)) & (values.imag > 0)]
+    return np.sort(near.imag)

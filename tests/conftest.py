@@ -6,6 +6,8 @@ import pytest
 
 from slewctl import Arm, Beam, Hub, Payload
 
+pytest_plugins = ["pytester"]
+
 
 @pytest.fixture(scope="session")
 def full_arm() -> Arm:

@@ -5,6 +5,7 @@ from slewctl.arm.lumped import LumpedLink, quanser_lumped
 from slewctl.arm.motor import Motor
 from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
 from slewctl.arm.profiles import Profile, ProfileSpec
+from slewctl.arm.variation import vary
 
 __all__ = [
     "Arm",
@@ -19,4 +20,5 @@ __all__ = [
     "Rayleigh",
     "Stations",
     "quanser_lumped",
+    "vary",
 ]

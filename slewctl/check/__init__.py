@@ -1,5 +1,40 @@
-"""Requirements on designs and the verdict on each."""
+"""Requirements on designs, the verdict on each, and every form in which they are told."""
 
-from slewctl.check.requirements import REQUIREMENTS, Requirement, Verdict, check_limits, judge
+from slewctl.check.baseline import Baseline, accept, read_baseline
+from slewctl.check.baseline import to_record as baseline_record
+from slewctl.check.github import to_annotations
+from slewctl.check.junit import to_junit
+from slewctl.check.record import to_record
+from slewctl.check.regression import compare_with
+from slewctl.check.requirements import (
+    MARGINS,
+    REQUIREMENTS,
+    Requirement,
+    Verdict,
+    check_limits,
+    judge,
+    measure,
+)
+from slewctl.check.result import NOMINAL, DesignResult, Finding, exit_status
 
-__all__ = ["REQUIREMENTS", "Requirement", "Verdict", "check_limits", "judge"]
+__all__ = [
+    "MARGINS",
+    "NOMINAL",
+    "REQUIREMENTS",
+    "Baseline",
+    "DesignResult",
+    "Finding",
+    "Requirement",
+    "Verdict",
+    "accept",
+    "baseline_record",
+    "check_limits",
+    "compare_with",
+    "exit_status",
+    "judge",
+    "measure",
+    "read_baseline",
+    "to_annotations",
+    "to_junit",
+    "to_record",
+]

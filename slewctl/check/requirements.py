@@ -7,21 +7,28 @@ NaN never passes, and an unstable loop passes none.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 from slewctl.compare import Evaluation
+from slewctl.compare.evaluation import PoleDamping
 from slewctl.errors import InputError, check_choice, check_nonnegative
-from slewctl.loop import Crossing
+from slewctl.loop import Crossing, Margins
 
 # Verdicts rest on a truth whose frequencies are known this well, relative, and on costs
 # that two Gramians give alike.
 TRUTH_TOLERANCE = 1e-6
 COST_TOLERANCE = 1e-6
 
-# A value and the frequency that sets it, where there is one.
-Reading = tuple[float, float | None]
+
+class Reading(NamedTuple):
+    """A value; the frequency and mode that set it, where there are any; why it is infinite."""
+
+    value: float
+    frequency_hz: float | None = None
+    mode: str = ""
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -50,6 +57,8 @@ class Verdict:
     passed : bool
     note : str
         Why a value is infinite or missing.
+    mode : str
+        The mode nearest to that frequency, such as "mode 3 (12.4 Hz)".
     """
 
     requirement: str
@@ -60,71 +69,87 @@ class Verdict:
     frequency_hz: float | None
     passed: bool
     note: str
+    mode: str = ""
+
+    @property
+    def slack(self) -> float:
+        """How far the value is on the right side of the limit, relative to the limit.
+
+        Zero on the limit, negative beyond it, infinite for an infinite margin and for a limit
+        of zero that is kept; NaN, or no value, is minus infinity.
+        """
+        if self.value is None or math.isnan(self.value):
+            return -math.inf
+        room = self.value - self.limit if self.sense == "at least" else self.limit - self.value
+        return room / self.limit if self.limit else math.copysign(math.inf, room)
 
 
-def _gain(evaluation: Evaluation) -> Reading:
-    margins = evaluation.margins
-    if margins is None:
-        return math.nan, None
-    return _reading(min(margins.gain_db, margins.gain_reduction_db, key=lambda m: m.value))
+def _margin(choose: Callable[[Margins], Crossing]) -> Callable[[Evaluation], Reading]:
+    """Return how to read one of the margins of a loop that has any."""
+
+    def read(evaluation: Evaluation) -> Reading:
+        if evaluation.margins is None:
+            return Reading(math.nan)
+        crossing = choose(evaluation.margins)
+        return Reading(crossing.value, crossing.frequency_hz, crossing.mode, crossing.note)
+
+    return read
 
 
-def _phase(evaluation: Evaluation) -> Reading:
-    return _reading(evaluation.margins.phase_deg) if evaluation.margins else (math.nan, None)
-
-
-def _delay(evaluation: Evaluation) -> Reading:
-    return _reading(evaluation.margins.delay_s) if evaluation.margins else (math.nan, None)
-
-
-def _modulus(evaluation: Evaluation) -> Reading:
-    return _reading(evaluation.margins.modulus) if evaluation.margins else (math.nan, None)
-
-
-def _disk(evaluation: Evaluation) -> Reading:
-    return _reading(evaluation.margins.disk) if evaluation.margins else (math.nan, None)
-
-
-def _reading(crossing: Crossing) -> Reading:
-    return crossing.value, crossing.frequency_hz
+def _smaller_gain(margins: Margins) -> Crossing:
+    """Return the smaller of rise and fall; NaN counts as the smallest."""
+    both = (margins.gain_db, margins.gain_reduction_db)
+    least = min(both, key=lambda m: -math.inf if math.isnan(m.value) else m.value)
+    return replace(least, note="")  # if it is infinite, so is the other for its own reason
 
 
 def _number(value: float | None) -> Reading:
-    return (math.nan if value is None else value), None
+    return Reading(math.nan if value is None else value)
 
 
-def _damping(evaluation: Evaluation) -> Reading:
-    return evaluation.damping_ratio.value, evaluation.damping_ratio.frequency_hz
-
-
-def _decay(evaluation: Evaluation) -> Reading:
-    return evaluation.decay_rate.value, evaluation.decay_rate.frequency_hz
-
-
-def _stable(evaluation: Evaluation) -> Reading:
-    return float(evaluation.stable), None
+def _pole(found: PoleDamping) -> Reading:
+    return Reading(found.value, found.frequency_hz)
 
 
 REQUIREMENTS: dict[str, Requirement] = {
-    "stable": Requirement(_stable, "at least", "", "the closed loop on the truth is stable"),
+    "stable": Requirement(
+        lambda e: _number(float(e.stable)), "at least", "", "the closed loop on the truth is stable"
+    ),
     "gain_margin_db": Requirement(
-        _gain, "at least", "dB", "smaller of the gain's rise and fall to the stability limit"
+        _margin(_smaller_gain),
+        "at least",
+        "dB",
+        "smaller of the gain's rise and fall to the stability limit",
     ),
     "phase_margin_deg": Requirement(
-        _phase, "at least", "deg", "smallest phase change of either sign to the limit"
+        _margin(lambda m: m.phase_deg),
+        "at least",
+        "deg",
+        "smallest phase change of either sign to the limit",
     ),
-    "delay_margin_s": Requirement(_delay, "at least", "s", "smallest added delay to the limit"),
+    "delay_margin_s": Requirement(
+        _margin(lambda m: m.delay_s), "at least", "s", "smallest added delay to the limit"
+    ),
     "modulus_margin": Requirement(
-        _modulus, "at least", "", "distance of the Nyquist curve from -1"
+        _margin(lambda m: m.modulus), "at least", "", "distance of the Nyquist curve from -1"
     ),
     "disk_margin": Requirement(
-        _disk, "at least", "", "symmetric disk margin for gain and phase together"
+        _margin(lambda m: m.disk),
+        "at least",
+        "",
+        "symmetric disk margin for gain and phase together",
     ),
     "damping_ratio_min": Requirement(
-        _damping, "at least", "", "smallest damping ratio of the closed-loop poles"
+        lambda e: _pole(e.damping_ratio),
+        "at least",
+        "",
+        "smallest damping ratio of the closed-loop poles",
     ),
     "decay_rate_min": Requirement(
-        _decay, "at least", "1/s", "smallest decay rate of the closed-loop poles"
+        lambda e: _pole(e.decay_rate),
+        "at least",
+        "1/s",
+        "smallest decay rate of the closed-loop poles",
     ),
     "h2_loss_max": Requirement(
         lambda e: _number(e.loss), "at most", "", "H2 cost over the truth's optimum, minus one"
@@ -147,6 +172,19 @@ REQUIREMENTS: dict[str, Requirement] = {
         "s",
         "time until the tip stays within 2 % of its travel",
     ),
+}
+
+
+# Always recorded, required or not: what a change to a design must not make worse unseen.
+MARGINS = tuple(name for name in REQUIREMENTS if "margin" in name)
+
+# Why a value is infinite, where the loop does not say it better.
+_INFINITE = {
+    "gain_margin_db": "no rise or fall of the gain makes the loop unstable",
+    "phase_margin_deg": "the gain never crosses one: no turn of the phase makes it unstable",
+    "delay_margin_s": "the gain never crosses one: no delay makes it unstable",
+    "h2_loss_max": "sensor noise passes straight to the actuator",
+    "settling_time_max": "not settled within the time simulated",
 }
 
 
@@ -193,6 +231,33 @@ def judge(evaluation: Evaluation, limits: Mapping[str, float | bool]) -> tuple[V
     return tuple(_verdict(evaluation, name, limit) for name, limit in numbers.items())
 
 
+def measure(evaluation: Evaluation, names: Iterable[str]) -> dict[str, Reading]:
+    """Return the values of the named requirements, and of every margin, in a fixed order.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+    names : iterable of str
+        Requirements beside the margins.
+
+    Returns
+    -------
+    dict of str to Reading
+        In the units of `REQUIREMENTS`.  An unstable loop has none of them; a margin that was
+        not confirmed is NaN.
+    """
+    if not evaluation.stable:
+        return {}
+    wanted = {*MARGINS, *names} - {"stable"}
+    margins = evaluation.margins
+    values = {}
+    for name, rule in REQUIREMENTS.items():
+        if name in wanted:
+            doubtful = name in MARGINS and (margins is None or not margins.confirmed)
+            values[name] = Reading(math.nan) if doubtful else rule.read(evaluation)
+    return values
+
+
 def _verdict(evaluation: Evaluation, name: str, limit: float) -> Verdict:
     rule = REQUIREMENTS[name]
     if not evaluation.stable:
@@ -201,25 +266,32 @@ def _verdict(evaluation: Evaluation, name: str, limit: float) -> Verdict:
         return Verdict(
             name, value, limit, rule.unit, rule.sense, evaluation.unstable_hz[0], False, note
         )
-    value, frequency = rule.read(evaluation)
-    margins = evaluation.margins
+    reading = rule.read(evaluation)
+    value, margins = reading.value, evaluation.margins
     passed = value >= limit if rule.sense == "at least" else value <= limit
-    note = "" if not math.isnan(value) else "this arm has no such value"
+    note = "this arm has no such value" if math.isnan(value) else ""
     if math.isinf(value):
-        note = (
-            "not settled within the time simulated"
-            if name == "settling_time_max"
-            else "the loop has no such crossing"
-        )
+        note = reading.note or _INFINITE.get(name, "nothing limits it")
     if name in ("stable", "h2_loss_max"):
         passed, note = _on_finer_truth(evaluation, name, limit, passed, note)
     if evaluation.truth_tolerance > TRUTH_TOLERANCE:
         passed, note = False, f"the truth is converged to {evaluation.truth_tolerance:.0e} only"
     if "margin" in name and margins is not None and not margins.confirmed:
-        passed, note = False, "the margin could not be confirmed by closed-loop poles"
+        doubts = "; ".join(margins.doubts) or "closed-loop poles do not agree"
+        passed, note = False, f"the margin is not confirmed: {doubts}"
     if not evaluation.verified:
         passed, note = False, f"the design is not verified: {evaluation.certificate}"
-    return Verdict(name, value, limit, rule.unit, rule.sense, frequency, passed, note)
+    return Verdict(
+        name,
+        value,
+        limit,
+        rule.unit,
+        rule.sense,
+        reading.frequency_hz,
+        passed,
+        note,
+        reading.mode,
+    )
 
 
 def _on_finer_truth(

@@ -1,6 +1,8 @@
 """The command line."""
 
+import os
 import sys
+from io import TextIOWrapper
 
 import click
 
@@ -14,6 +16,9 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Run the command line; a known error becomes one line and status 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # a terminal without N·m shows an escape instead
+            stream.reconfigure(errors="backslashreplace")
     try:
         status = cli.main(prog_name="slewctl", standalone_mode=False)
     except click.ClickException as error:
@@ -22,7 +27,17 @@ def main() -> None:
     except SlewctlError as error:
         ERR.print(f"slewctl: {error}", soft_wrap=True)
         sys.exit(BAD_INPUT)
+    except OSError as error:
+        sys.exit(_refused(error))
     except (KeyboardInterrupt, click.Abort):
         ERR.print("slewctl: interrupted; no file was half-written")
         sys.exit(INTERRUPTED)
     sys.exit(status or 0)
+
+
+def _refused(error: OSError) -> int:
+    """Say what the system refused, such as to print to a full disk; return the status."""
+    # Python would try again at exit to write what it still holds.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    ERR.print(f"slewctl: input or output failed: {error.strerror or error}", soft_wrap=True)
+    return BAD_INPUT

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 from rich.table import Table
-from rich.text import Text
 
 from slewctl.arm import Arm, catalogue
 from slewctl.basis import NAMES, create
-from slewctl.check import Verdict, judge
+from slewctl.cli.check import check_command
+from slewctl.cli.study import recommend_command, study_command
 from slewctl.cli.terminal import OUT, progress, show
-from slewctl.compare import compare, count_designs, evaluate
-from slewctl.files import read_arm, read_designs
+from slewctl.compare import compare, count_designs
+from slewctl.files import find_arm, read_designs
 from slewctl.model import BOUNDARIES, assemble, frequencies, truth
 from slewctl.paper import PARTS, reproduce
 
@@ -57,40 +57,9 @@ def compare_command(paths: tuple[Path, ...], out: Path) -> None:
     OUT.print(f"report: {page}", soft_wrap=True)
 
 
-@cli.command("check")
-@_PATHS
-@click.pass_context
-def check_command(context: click.Context, paths: tuple[Path, ...]) -> None:
-    """Check the requirements of the designs in PATH on the truth.
-
-    Exit status: 0 when all hold, 1 when one fails, 2 for bad input.
-    """
-    designs = read_designs(paths)
-    table = Table("design", "requirement", "value", "limit", "at", "verdict", box=None)
-    failed = 0
-    with progress(len(designs)) as step:
-        for design in designs:
-            step(str(design.path))
-            for verdict in judge(evaluate(design.case), design.requirements):
-                failed += not verdict.passed
-                table.add_row(design.case.name, *_cells(verdict))
-    show(table)
-    OUT.print(f"{failed} requirement(s) failed" if failed else "all requirements hold")
-    context.exit(1 if failed else 0)
-
-
-def _cells(verdict: Verdict) -> tuple[str | Text, ...]:
-    bound = ">=" if verdict.sense == "at least" else "<="
-    unit = f" {verdict.unit}" if verdict.unit else ""
-    if verdict.requirement == "stable":
-        value, limit = ("yes" if verdict.passed else "no"), "yes"
-    else:
-        value = "-" if verdict.value is None else f"{verdict.value:.4g}{unit}"
-        limit = f"{bound} {verdict.limit:g}{unit}"
-    at = "" if verdict.frequency_hz is None else f"{verdict.frequency_hz:.4g} Hz"
-    word = Text("ok", "green") if verdict.passed else Text("FAIL", "bold red")
-    word.append(f" ({verdict.note})" if verdict.note else "", "default")
-    return verdict.requirement, value, limit, at, word
+cli.add_command(check_command)
+cli.add_command(study_command)
+cli.add_command(recommend_command)
 
 
 @cli.command("modes")
@@ -104,7 +73,7 @@ def modes_command(arm: str, orders: int, modes: int) -> None:
 
     ARM is a catalogue name or a TOML file with an [arm] table.
     """
-    chosen = _find_arm(arm)
+    chosen = find_arm(arm)
     exact = truth(chosen, max(modes, 10))
     table = Table("basis", "n", *(f"f{k} (Hz)" for k in range(1, modes + 1)), box=None)
     for basis in NAMES:
@@ -153,11 +122,6 @@ def _published(arm: Arm, entry: catalogue.Entry) -> Table:
             cells = ("", "") if beside is None else (f"{beside:g}", f"{hertz / beside - 1:+.2%}")
             table.add_row(boundary, str(mode), f"{hertz:.6g}", *cells)
     return table
-
-
-def _find_arm(arm: str) -> Arm:
-    path = Path(arm)
-    return read_arm(path) if path.suffix == ".toml" or path.is_file() else catalogue.get(arm)
 
 
 @cli.command("paper")

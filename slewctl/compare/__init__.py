@@ -1,8 +1,9 @@
 """Designs on several bases and orders, judged on the converged truth of their arm."""
 
+from slewctl.compare.advice import Recommendation, Trial, count_trials, recommend
+from slewctl.compare.answer import Answer, Duel, Share
 from slewctl.compare.case import Case
-from slewctl.compare.evaluation import Evaluation, FinerVerdict, Judge, Outcome, evaluate
-from slewctl.compare.study import (
+from slewctl.compare.comparison import (
     CaseResult,
     Comparison,
     LoopCurves,
@@ -11,19 +12,61 @@ from slewctl.compare.study import (
     compare,
     count_designs,
 )
+from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
+from slewctl.compare.evaluation import Evaluation, FinerVerdict, Judge, Outcome, evaluate
+from slewctl.compare.grid import Grid, Point, Setting, Study, count_points
+from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
+from slewctl.compare.points import Work, evaluate_point, run_study
+from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
+from slewctl.compare.study_result import StudyResult, StudySlice
+from slewctl.compare.sweep import Piece, WorkerDiedError, rows, sweep
+from slewctl.compare.uncertainty import VariedArm, WorstCase, worst_case
 
 __all__ = [
+    "Answer",
     "Case",
     "CaseResult",
     "Comparison",
+    "DestabilisedMode",
+    "Duel",
     "Evaluation",
     "FinerVerdict",
+    "Grid",
     "Judge",
+    "Ladder",
     "LoopCurves",
     "ModeShapes",
     "Outcome",
+    "Piece",
+    "Point",
+    "Recommendation",
+    "ReductionRow",
+    "Reductions",
+    "Rung",
+    "Setting",
+    "Share",
+    "Study",
+    "StudyResult",
+    "StudySlice",
+    "Trial",
     "TruthSummary",
+    "VariedArm",
+    "Work",
+    "WorkerDiedError",
+    "WorstCase",
     "compare",
+    "compare_reductions",
     "count_designs",
+    "count_points",
+    "count_trials",
+    "destabilised_mode",
     "evaluate",
+    "evaluate_point",
+    "first_modes",
+    "recommend",
+    "rows",
+    "run_study",
+    "spillover_ladder",
+    "sweep",
+    "worst_case",
 ]

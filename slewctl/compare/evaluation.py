@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.arm import Arm
 from slewctl.basis import create
 from slewctl.compare.case import Case
 from slewctl.design import METHODS, Controller, lqg
@@ -159,8 +160,34 @@ class Judge:
         except SlewctlError as error:
             raise error.within(self.case.source or self.case.name) from error
 
+    def vary(self, arm: Arm) -> Evaluation:
+        """Return the evaluation of the case's own controller on the truth of another arm.
+
+        The controller is the one that `evaluate` judged: made once, for the case's own arm.
+        Its loss compares with the optimum for the other arm.
+
+        Parameters
+        ----------
+        arm : Arm
+            The case's arm with another payload, hub, beam or damping (`slewctl.arm.vary`).
+
+        Raises
+        ------
+        DesignError
+            If no controller can be designed, or the other arm has no optimum to compare with.
+        """
+        try:
+            other = Judge(replace(self.case, arm=arm))
+            return other.assess(*self.chosen, *self.own).evaluation
+        except SlewctlError as error:
+            raise error.within(self.case.source or self.case.name) from error
+
     def _evaluate(self, basis: str, n: int) -> Outcome:
-        model, controller = self.design(basis, n)
+        made = self.own if (basis, n) == self.chosen else self.design(basis, n)
+        return self.assess(basis, n, *made)
+
+    def assess(self, basis: str, n: int, model: Model, controller: Controller) -> Outcome:
+        """Return what a controller, made on n functions of a basis, achieves on the truth."""
         loop = close(self.truth, self.case.objective, controller)
         kept = self.truth.omega[: model.n]
         stable = loop.stable
@@ -192,6 +219,11 @@ class Judge:
             loop,
             slew,
         )
+
+    @cached_property
+    def own(self) -> tuple[Model, Controller]:
+        """The case's own design model and controller."""
+        return self.design(*self.chosen)
 
     @property
     def chosen(self) -> tuple[str, int]:

@@ -11,11 +11,19 @@ import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.linalg import h2_cost
-from slewctl.plant import GeneralisedPlant
+from slewctl.design.reference import (
+    REFERENCE,
+    Reference,
+    rigid_readings,
+    rigid_reference,
+)
+from slewctl.errors import InputError, check_nonnegative, shown
+from slewctl.linalg import H2Cost, h2_cost
+from slewctl.plant import GeneralisedPlant, continuous_equivalent, sampled_plant
 
 # Two Gramians that disagree by more do not confirm an H2 cost.
 COST_TOLERANCE = 1e-6
+_EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -86,16 +94,20 @@ class Guarantee:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Controller:
-    """A designed controller: torque = K(s) y.
+    """A designed controller: torque = K y, continuous, or sampled with a zero-order hold.
 
     Sign convention: the torque is the output of `system` driven by the measurements
     themselves.  The minus of the state feedback u = −K x̂ is inside, so connect it with a
     plus sign; the return ratio under negative feedback is L = −K(s)G(s).
 
+    Clock: a sampled controller (`sample_time` > 0) reads y_k at t_k = kT; the torque that it
+    computes from it, its output of the same step, acts from t_k + `delay` to
+    t_{k+1} + `delay`.
+
     Attributes
     ----------
     system : control.StateSpace
-        From the sensors, by name, to ``torque``.
+        From the sensors, by name, to the actuator, ``torque`` or ``voltage``.
     method : str
     gains : mapping of str to ndarray
         For example ``state_feedback`` (u = −Kx) and ``observer``.
@@ -104,13 +116,18 @@ class Controller:
         infinite where sensor noise passes straight to the actuator.
     certificate : Certificate
     poles : ndarray of complex
-        Closed-loop poles on the design model, recomputed.
+        Closed-loop poles on the design model in rad/s, recomputed; of a sampled controller
+        their equivalents s = ln(z)/T.
     assumptions : tuple of str
         What was assumed, in words.
     guarantees : tuple of Guarantee
         What the method promises beside stability.
     seconds : mapping of str to float
         What took how long, for example ``build`` and ``solve``.
+    delay : float
+        Time in s from a sample to the torque computed from it; zero if continuous.
+    reference : Reference or None
+        How the reference angle enters; see `tracking`.
     """
 
     system: control.StateSpace
@@ -122,26 +139,91 @@ class Controller:
     assumptions: tuple[str, ...] = ()
     guarantees: tuple[Guarantee, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
+    delay: float = 0.0
+    reference: Reference | None = None
 
     def __repr__(self) -> str:
         states = f"{self.system.nstates} states"
-        return f"<{self.method} controller, {states}, from {', '.join(self.sensors)}>"
+        clock = f", every {self.sample_time:g} s" if self.sample_time else ""
+        return f"<{self.method} controller, {states}{clock}, from {', '.join(self.sensors)}>"
+
+    @property
+    def sample_time(self) -> float:
+        """T in s; zero for a continuous controller."""
+        return float(self.system.dt or 0.0)
 
     @property
     def sensors(self) -> tuple[str, ...]:
         """The measurements that the controller takes."""
         return tuple(self.system.input_labels)
 
+    @property
+    def tracking(self) -> control.StateSpace:
+        """The controller with the reference angle ``theta_ref`` (rad) as a further input.
 
-def given(system: control.StateSpace) -> Controller:
+        A step in it turns the arm by as much, without steady error.
+
+        Raises
+        ------
+        InputError
+            If how the reference enters is not known: the controller was designed elsewhere,
+            or on a plant without a model.
+        """
+        if self.reference is None:
+            raise InputError(
+                "how the reference angle enters this controller is not known",
+                where="tracking",
+                remedy="close it around a model and ask the loop for its tracking",
+            )
+        return with_reference(self.system, self.reference)
+
+
+def with_reference(system: control.StateSpace, reference: Reference) -> control.StateSpace:
+    """Return a controller with ``theta_ref`` as its last input."""
+    return control.StateSpace(
+        system.A,
+        np.hstack([system.B, reference.B]),
+        system.C,
+        np.hstack([system.D, reference.D]),
+        system.dt,
+        inputs=[*system.input_labels, REFERENCE],
+        outputs=list(system.output_labels),
+        states=list(system.state_labels),
+        name=f"{system.name}_tracking",
+    )
+
+
+def given(system: control.StateSpace, delay: float = 0.0) -> Controller:
     """Return a controller that was designed elsewhere, so that a loop can judge it.
 
     Parameters
     ----------
     system : control.StateSpace
-        From the sensors to the actuator, by name, connected with a plus sign.
+        From the sensors to the actuator, by name, connected with a plus sign; continuous, or
+        sampled with its sample time in s.
+    delay : float
+        Of a sampled one: time in s from a sample to the torque computed from it.
+
+    Raises
+    ------
+    InputError
+        For a sampled system without its sample time, or a delay of a continuous one.
     """
-    return Controller(system, "given", {}, math.nan, Certificate(()))
+    if not isinstance(system, control.StateSpace) or system.dt is True:
+        raise InputError(
+            "the system's sample time is not known"
+            if isinstance(system, control.StateSpace)
+            else f"{shown(system)} is no control.StateSpace",
+            where="given",
+            remedy="give a control.StateSpace, with dt in seconds if it is sampled",
+        )
+    if check_nonnegative(delay, "delay") > 0 and not system.dt:
+        raise InputError(
+            "a continuous controller has no computational delay",
+            where="delay",
+            remedy="put the delay into the system, or sample it",
+        )
+    return Controller(system, "given", {}, math.nan, Certificate(()), delay=float(delay))
 
 
 def finished(
@@ -154,6 +236,8 @@ def finished(
     assumptions: Sequence[str] = (),
     guarantees: Sequence[Guarantee] = (),
     seconds: Mapping[str, float] | None = None,
+    delay: float = 0.0,
+    reference: Reference | None = None,
 ) -> Controller:
     """Return a controller with what it achieves on its design model recomputed.
 
@@ -171,26 +255,50 @@ def finished(
     assumptions : sequence of str
     guarantees : sequence of Guarantee
     seconds : mapping of str to float
+    delay : float
+        Of a sampled controller, in s.
+    reference : Reference, optional
+        How the reference angle enters; by default what the sensors would read on the rigid
+        arm is subtracted, where the plant has a model.
     """
-    closed = plant.close(system)
-    A, B, C = (np.asarray(getattr(closed, name)) for name in "ABC")
-    poles = np.linalg.eigvals(A)
-    slowest = float(poles.real.max())
-    stability = Check("closed-loop poles right of the axis", max(slowest, 0.0), 0.0)
-    cost, confirmed = math.inf, []
-    if slowest < 0 and not np.any(np.asarray(closed.D)):
-        found = h2_cost(A, B, C)
-        cost = found.value
-        confirmed = [Check("cost, two Gramians", found.discrepancy, COST_TOLERANCE)]
+    poles, stability, cost = _achieved(plant, system, delay)
+    confirmed = (
+        [Check("cost, two Gramians", cost.discrepancy, COST_TOLERANCE)]
+        if math.isfinite(cost.value)
+        else []
+    )
     kept = [guarantee.check for guarantee in guarantees]
+    if reference is None and plant.model is not None:
+        reference = rigid_reference(system, rigid_readings(plant.model, plant.sensors))
     return Controller(
         system,
         method,
         gains,
-        cost,
+        cost.value,
         Certificate((stability, *checks, *confirmed, *kept)),
-        poles.astype(complex),
+        poles,
         tuple(assumptions),
         tuple(guarantees),
         dict(seconds or {}),
+        delay,
+        reference,
     )
+
+
+def _achieved(
+    plant: GeneralisedPlant, system: control.StateSpace, delay: float
+) -> tuple[ComplexArray, Check, H2Cost]:
+    """Return the closed-loop poles, the check that they are stable, and the H2 cost."""
+    if system.dt:
+        sampled = sampled_plant(plant, float(system.dt), delay).close(system)
+        beyond = max(float(np.abs(sampled.poles).max()) - 1, 0.0 if sampled.stable else _EPS)
+        stability = Check("closed-loop poles outside the unit circle", beyond, 0.0)
+        cost = sampled.h2 if sampled.stable else H2Cost(math.inf, 0.0)
+        return continuous_equivalent(sampled.poles, float(system.dt)), stability, cost
+    closed = plant.close(system)
+    A, B, C = (np.asarray(getattr(closed, name)) for name in "ABC")
+    poles = np.linalg.eigvals(A).astype(complex)
+    slowest = float(poles.real.max())
+    stability = Check("closed-loop poles right of the axis", max(slowest, 0.0), 0.0)
+    finite = slowest < 0 and not np.any(np.asarray(closed.D))
+    return poles, stability, h2_cost(A, B, C) if finite else H2Cost(math.inf, 0.0)

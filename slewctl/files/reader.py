@@ -1,11 +1,10 @@
-"""Design files: TOML to frozen values, with file, key and remedy in every refusal.
+"""Design files: TOML to frozen values, with file, line, key and remedy in every refusal.
 
 A design file describes; it runs no code.
 """
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -36,6 +35,8 @@ from slewctl.files.schema import (
     RayleighTable,
     Table,
 )
+from slewctl.files.source import Source, read_source
+from slewctl.files.variations import Variation, read_variations
 from slewctl.loop import Slew
 from slewctl.plant import Objective
 from slewctl.plant.signals import check_signals
@@ -56,11 +57,17 @@ class DesignFile:
     path : Path
     case : Case
     requirements : mapping of str to float
+    variations : tuple of Variation
+        The arms on which the same controller is judged as well.
+    source : Source
+        The file's text, and the lines of its keys.
     """
 
     path: Path
     case: Case
     requirements: Mapping[str, float | bool]
+    variations: tuple[Variation, ...]
+    source: Source
 
 
 def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
@@ -87,58 +94,75 @@ def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
     return tuple({path.resolve(): path for path in found}.values())
 
 
-def read_design(path: Path) -> DesignFile:
+def name_designs(paths: Iterable[Path]) -> dict[Path, str]:
+    """Return a short name for each file: its stem, or as many folders as tell it from others."""
+    names: dict[Path, str] = {}
+    whole = {path: path.resolve().parts for path in paths}
+    stems = Counter(path.stem for path in whole)
+    for path, parts in whole.items():
+        rivals = [p for p in whole.values() if p != parts]
+        depth = 2
+        while any(p[-depth:] == parts[-depth:] for p in rivals):
+            depth += 1
+        names[path] = path.stem if stems[path.stem] == 1 else "/".join(parts[-depth:])
+    return names
+
+
+def read_design(path: Path, name: str = "") -> DesignFile:
     """Return the design that a TOML file describes.
+
+    Parameters
+    ----------
+    path : Path
+    name : str, optional
+        The design's short name; the file's stem by default.
 
     Raises
     ------
     InputError
         If the file cannot be read, is not TOML, or has an unknown key or an impossible
-        value; the message names file, key and remedy.
+        value; the message names file, line, key and remedy.
     """
-    content = _parse(path)
+    source = read_source(path)
     try:
-        table = validate(content, DesignTable)
-        limits = check_limits(table.requirements)
-        arm = _arm(table.arm)
-        case = Case(
-            name=path.stem,
-            source=str(path),
-            arm=arm,
-            objective=_objective(table.controller, arm),
-            basis=table.model.basis,
-            n=table.model.n,
-            method=table.controller.method,
-            options=table.controller.model_extra or {},
-            slew=Slew(**table.slew.model_dump()),
-            title=table.title,
-            truth_modes=table.truth.modes,
-            bases=tuple(table.compare.bases),
-            orders=tuple(table.compare.orders),
-        )
+        table = validate(source.content, DesignTable)
+        check_limits(table.requirements)
+        arm = arm_of_table(table.arm)
+        case = _case(table, arm, path, name or path.stem)
+        variations = read_variations(table.variations, arm, table.requirements)
     except SlewctlError as error:
-        raise error.within(str(path)) from error
-    return DesignFile(path, case, {name: table.requirements[name] for name in limits})
+        raise source.refuse(error) from error
+    return DesignFile(path, case, table.requirements, variations, source)
+
+
+def _case(table: DesignTable, arm: Arm, path: Path, name: str) -> Case:
+    return Case(
+        name=name,
+        source=str(path),
+        arm=arm,
+        objective=_objective(table.controller, arm),
+        basis=table.model.basis,
+        n=table.model.n,
+        method=table.controller.method,
+        options=table.controller.model_extra or {},
+        slew=Slew(**table.slew.model_dump()),
+        title=table.title,
+        truth_modes=table.truth.modes,
+        bases=tuple(table.compare.bases),
+        orders=tuple(table.compare.orders),
+    )
 
 
 def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
     """Return the designs in files and folders, each with a name of its own.
-
-    Files with the same stem are told apart by their folders.
 
     Raises
     ------
     InputError
         As `find_designs` and `read_design`.
     """
-    designs = [read_design(path) for path in find_designs(paths)]
-    stems = Counter(design.case.name for design in designs)
-    return tuple(
-        replace(design, case=replace(design.case, name="/".join(design.path.parts[-2:])))
-        if stems[design.case.name] > 1
-        else design
-        for design in designs
-    )
+    names = name_designs(find_designs(paths))
+    return tuple(read_design(path, name) for path, name in names.items())
 
 
 def read_arm(path: Path) -> Arm:
@@ -149,29 +173,13 @@ def read_arm(path: Path) -> Arm:
     InputError
         As `read_design`, for that table.
     """
-    content = _parse(path)
-    if "arm" not in content:
+    source = read_source(path)
+    if "arm" not in source.content:
         raise InputError("no [arm] table", where=str(path), remedy="add one")
     try:
-        return _arm(validate(content["arm"], ArmTable, ("arm",)))
+        return arm_of_table(validate(source.content["arm"], ArmTable, ("arm",)))
     except SlewctlError as error:
-        raise error.within(str(path)) from error
-
-
-def _parse(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise InputError(
-            f"cannot be read: {reason}", where=str(path), remedy="check the path"
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(
-            f"not valid TOML: {error}",
-            where=str(path),
-            remedy='mend that line; a key with @ wants quotes, as in "moment@50mm" = 1.0',
-        ) from error
+        raise source.refuse(error) from error
 
 
 def _objective(table: ControllerTable, arm: Arm) -> Objective:
@@ -190,7 +198,19 @@ def _objective(table: ControllerTable, arm: Arm) -> Objective:
     return objective
 
 
-def _arm(table: ArmTable) -> Arm:
+def find_arm(name: str) -> Arm:
+    """Return the arm of a catalogue name, or of the TOML file of that name.
+
+    Raises
+    ------
+    InputError
+        As `read_arm`, or for a name that is neither.
+    """
+    path = Path(name)
+    return read_arm(path) if path.suffix == ".toml" or path.is_file() else catalogue.get(name)
+
+
+def arm_of_table(table: ArmTable) -> Arm:
     """Return the arm of a table: a catalogue entry changed where given, or a new one."""
     if (table.catalogue is None) == (table.beam is None):
         raise InputError(
@@ -206,7 +226,8 @@ def _arm(table: ArmTable) -> Arm:
         )
         arm = Arm(beam)
     else:
-        arm = catalogue.get(str(table.catalogue))
+        name = check_choice(str(table.catalogue), catalogue.names(), "arm.catalogue")
+        arm = catalogue.get(name)
     ratio = table.damping_ratio
     return replace(
         arm,

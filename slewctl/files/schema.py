@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from slewctl.compare import Case
+from slewctl.compare import Case, Grid
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -145,5 +145,29 @@ class DesignTable(Table):
     slew: SlewTable
     truth: TruthTable = TruthTable()
     compare: CompareTable = CompareTable()
-    # The check room knows the requirements and refuses what is none.
+    # The check room knows the requirements, and the arm room what can be varied; they refuse
+    # what is none.
     requirements: dict[str, Any] = {}
+    variations: dict[str, dict[str, Any]] = {}
+
+
+class GridTable(Table):
+    """``[[grid]]``: the values of each axis; every combination is tried."""
+
+    bases: list[str] = list(Grid.bases)
+    orders: list[Count] = list(Grid.orders)
+    methods: list[str] = list(Grid.methods)
+    hub_ratios: list[NonNegative] = list(Grid.hub_ratios)
+    payload_ratios: list[NonNegative] = list(Grid.payload_ratios)
+    damping_ratios: list[NonNegative] = list(Grid.damping_ratios)
+    bandwidths: list[Positive] = list(Grid.bandwidths)
+    sensors: list[list[str]] = [list(names) for names in Grid.sensors]
+
+
+class StudyTable(Table):
+    """A whole study file."""
+
+    title: str = ""
+    arm: ArmTable
+    truth: TruthTable = TruthTable()
+    grid: list[GridTable]

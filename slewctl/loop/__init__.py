@@ -1,26 +1,69 @@
 """Closed loops: stability first, then margins, norms and simulation."""
 
-from slewctl.loop.closed import Loop, UnstableLoopError, close
+from slewctl.loop.closed import Loop, UnstableLoopError
+from slewctl.loop.connect import close
 from slewctl.loop.frequency import FrequencyResponse
+from slewctl.loop.gap import (
+    GeneralisedMargin,
+    NuGap,
+    best_output_scale,
+    nu_gap,
+    stability_margin_bpc,
+)
+from slewctl.loop.hybrid import HybridDelay
 from slewctl.loop.margins import Crossing, Margins, classical_margins
+from slewctl.loop.multiloop import (
+    MultiloopDisk,
+    MultiloopMargins,
+    multiloop_disk_margin,
+    multiloop_margins,
+    perturbation_system,
+)
+from slewctl.loop.opened import input_loop, input_output_loop, output_loop
 from slewctl.loop.peaks import Peak, peak_gain
+from slewctl.loop.perturbation import Perturbation
+from slewctl.loop.public import hybrid_delay_margin
+from slewctl.loop.sampled import SampledLoop
 from slewctl.loop.slew import Slew, SlewResponse, SlewSummary, simulate_slew
+from slewctl.loop.smallgain import ResidualMode, SmallGain, Spillover, residual_modes, small_gain
 from slewctl.loop.swing import Swing, simulate_swing
 
 __all__ = [
     "Crossing",
     "FrequencyResponse",
+    "GeneralisedMargin",
+    "HybridDelay",
     "Loop",
     "Margins",
+    "MultiloopDisk",
+    "MultiloopMargins",
+    "NuGap",
     "Peak",
+    "Perturbation",
+    "ResidualMode",
+    "SampledLoop",
     "Slew",
     "SlewResponse",
     "SlewSummary",
+    "SmallGain",
+    "Spillover",
     "Swing",
     "UnstableLoopError",
+    "best_output_scale",
     "classical_margins",
     "close",
+    "hybrid_delay_margin",
+    "input_loop",
+    "input_output_loop",
+    "multiloop_disk_margin",
+    "multiloop_margins",
+    "nu_gap",
+    "output_loop",
     "peak_gain",
+    "perturbation_system",
+    "residual_modes",
     "simulate_slew",
     "simulate_swing",
+    "small_gain",
+    "stability_margin_bpc",
 ]

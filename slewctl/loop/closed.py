@@ -9,11 +9,13 @@ import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.design import Controller, given
-from slewctl.errors import InputError, SlewctlError, shown
+from slewctl.design import Controller
+from slewctl.errors import SlewctlError
 from slewctl.linalg import H2Cost, h2_cost, stability_threshold
 from slewctl.loop.frequency import FrequencyResponse
 from slewctl.loop.margins import Margins, classical_margins
+from slewctl.loop.naming import Modes
+from slewctl.loop.tracking import tracking_controller, tracking_loop
 from slewctl.model import Model
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
 
@@ -72,14 +74,49 @@ class Loop:
     @cached_property
     def return_ratio(self) -> control.StateSpace:
         """L = −K(s)G(s), the loop broken at the actuator; stability means 1 + L ≠ 0."""
-        G, K = self.plant.control_path, self.controller.system
+        G, K = self._path, self.controller.system
         B = np.vstack([G.B, np.zeros((K.nstates, 1))])
         A = np.block([[G.A, np.zeros((G.nstates, K.nstates))], [np.asarray(K.B) @ G.C, K.A]])
         C = -np.hstack([np.asarray(K.D) @ G.C, K.C])
         actuator = self.objective.actuator
         return control.StateSpace(
-            A, B, C, np.zeros((1, 1)), inputs=[actuator], outputs=[f"returned_{actuator}"], name="L"
+            A,
+            B,
+            C,
+            np.zeros((1, 1)),
+            K.dt,
+            inputs=[actuator],
+            outputs=[f"returned_{actuator}"],
+            name="L",
         )
+
+    @cached_property
+    def tracking(self) -> control.StateSpace:
+        """The closed loop from ``theta_ref`` (rad) to ``theta``, ``tip`` and the actuator.
+
+        Raises
+        ------
+        UnstableLoopError
+            If the loop is unstable.
+        """
+        self.require_stable("a response to the reference")
+        controller = tracking_controller(self.controller, self.model)
+        return tracking_loop(self._path, controller, self.model, self.objective.actuator)
+
+    @property
+    def _path(self) -> control.StateSpace:
+        """The plant from the actuator to the sensors, on the controller's clock."""
+        return self.plant.control_path
+
+    @property
+    def nyquist_rad_s(self) -> float:
+        """The highest frequency at which L says something: infinite for a continuous loop."""
+        return np.inf
+
+    @cached_property
+    def open_poles(self) -> ComplexArray:
+        """Poles of L in rad/s."""
+        return np.linalg.eigvals(np.asarray(self.return_ratio.A)).astype(complex)
 
     @cached_property
     def margins(self) -> Margins:
@@ -91,7 +128,8 @@ class Loop:
             An unstable loop has no margin.
         """
         self.require_stable("margins")
-        return classical_margins(self.return_ratio)
+        hertz = tuple(float(f) for f in self.model.frequencies_hz)
+        return classical_margins(self.return_ratio, modes=Modes(hertz, rigid=True))
 
     @cached_property
     def h2(self) -> H2Cost:
@@ -108,7 +146,7 @@ class Loop:
         return h2_cost(*(np.asarray(getattr(self.system, name)) for name in "ABC"))
 
     def response(self, omega: Array) -> ComplexArray:
-        """Return L(jω) for each ω in rad/s."""
+        """Return L at each ω in rad/s: L(jω), or L(e^(jωT)) of a sampled loop."""
         return FrequencyResponse(self.return_ratio)(omega)
 
     def describe(self) -> str:
@@ -131,45 +169,3 @@ class Loop:
                 where="loop",
                 remedy="ask loop.stable first",
             )
-
-
-def close(model: Model, objective: Objective, controller: Controller | control.StateSpace) -> Loop:
-    """Return the loop of `controller` around `model`, judged by `objective`.
-
-    Parameters
-    ----------
-    model : Model
-    objective : Objective
-    controller : Controller or control.StateSpace
-        A design's result, or a system of your own from the objective's sensors to its
-        actuator, by name; it is connected with a plus sign.
-
-    Raises
-    ------
-    InputError
-        If the controller takes other sensors than the objective names, or commands another
-        actuator.
-    """
-    if isinstance(controller, control.StateSpace):
-        controller = given(controller)
-    if not isinstance(controller, Controller):
-        raise InputError(
-            f"{shown(controller)} is no controller",
-            where="close",
-            remedy="give a Controller, or a control.StateSpace with named signals",
-        )
-    commanded = controller.system.output_labels[0]
-    if commanded != objective.actuator:
-        raise InputError(
-            f"the controller commands {commanded!r}, the objective limits {objective.actuator!r}",
-            where="close",
-            remedy="use the objective that the controller was designed for",
-        )
-    if controller.sensors != objective.sensors:
-        raise InputError(
-            f"the controller takes {list(controller.sensors)}, the objective measures "
-            f"{list(objective.sensors)}",
-            where="close",
-            remedy="use the objective that the controller was designed for",
-        )
-    return Loop(model, objective, controller)

@@ -1,37 +1,41 @@
-"""Classical margins of a stable loop, with crossings from eigenvalues instead of a grid.
+"""Margins of a stable single loop, continuous or sampled, none of them from a grid.
 
 With light damping a resonance is narrower than any frequency grid.  The frequencies where
-|L| = 1 are therefore imaginary-axis eigenvalues of a Hamiltonian matrix, and those where
-L is real are zeros of L(s) − L(−s).  Both sets only propose frequencies: between all
-proposals, their midpoints and the poles the sign of log|L| or Im L is examined, every
-sign change is enclosed and polished, and the loop is evaluated there.
+|L| = 1 or L is real are therefore eigenvalues (`crossings`), the smallest distance to −1 is
+enclosed by level sets (`disk`), every margin comes with the change of the loop that reaches
+it (`perturbation`), and the poles of changed loops are asked whether they agree (`confirm`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import control
 import numpy as np
-from scipy.linalg import eigvals
-from scipy.optimize import brentq
 
-from slewctl._types import Array, ComplexArray
-from slewctl.errors import InputError
-from slewctl.linalg import balance
-from slewctl.loop.frequency import FrequencyResponse
-from slewctl.loop.peaks import peak_gain
+from slewctl._types import Array
+from slewctl.errors import InputError, check_number
+from slewctl.loop import perturbation
+from slewctl.loop.broken import BrokenLoop
+from slewctl.loop.confirm import Limit, gain_doubts, phase_doubts
+from slewctl.loop.crossings import (
+    Crossings,
+    Samples,
+    crossings,
+    log_gain,
+    sampled,
+    sine,
+    truly_real,
+)
+from slewctl.loop.disk import disk_gains, disk_phase_deg, nearest
+from slewctl.loop.naming import Modes, modes_of
+from slewctl.loop.perturbation import Perturbation
 
-# Candidates this far from the imaginary axis, relative, are still looked at: a loose test
-# costs evaluations, a tight one would lose close pairs of crossings.
-_NEAR_AXIS = 2e-2
-# A sign is trusted only this many times above the rounding error of its evaluation.
-_TRUSTED = 10.0
-_GRID = 400
-# The margins are confirmed this far inside and outside, and over this factor if infinite.
-_STEP = 1e-4
-_WIDE = 50.0
+# |L| is one at all frequencies when it differs by no more than this and its rounding.
+_ALL_PASS = 1e-10
+_NO_GAIN = "L is nowhere real and negative where the gain would have to {}"
+_SMALL = "|L| is below one at all frequencies"
+_LARGE = "|L| is above one at all frequencies"
 
 
 @dataclass(frozen=True)
@@ -43,15 +47,29 @@ class Crossing:
     value : float
         Infinite where the loop has no such crossing.
     frequency_hz : float or None
+        None where there is no crossing, or it lies at infinite frequency.
+    mode : str
+        The mode nearest to it: "mode 3 (12.4 Hz)", "rigid body", or empty where none is known.
+    perturbation : Perturbation or None
+        The smallest change of the loop that makes it unstable, and the pole it leads to.
+    on_axis : float or None
+        How far from the stability limit the pole of the changed loop was recomputed,
+        relative to its size.
+    note : str
+        Why the margin is infinite or zero, in words.
     """
 
     value: float
     frequency_hz: float | None
+    mode: str = ""
+    perturbation: Perturbation | None = field(default=None, repr=False, compare=False)
+    on_axis: float | None = None
+    note: str = ""
 
 
 @dataclass(frozen=True)
 class Margins:
-    """Classical margins of a stable loop under negative feedback.
+    """Margins of a stable loop under negative feedback.
 
     Attributes
     ----------
@@ -62,18 +80,22 @@ class Margins:
     phase_deg : Crossing
         Smallest phase change, of either sign, that reaches the stability limit.
     delay_s : Crossing
-        Smallest added delay that reaches it.
+        Smallest added delay that reaches it.  In a sampled loop, a delay by whole samples
+        between controller and hold; for the delay of the continuous signal ask
+        `hybrid_delay_margin`.
     gain_crossings_hz : tuple of float
         All frequencies where |L| = 1.
     modulus : Crossing
         min |1 + L|: distance of the Nyquist curve from −1.
     disk : Crossing
-        α of the symmetric disk margin: gain may change by any factor between
-        (2 − α)/(2 + α) and its inverse, and phase by 2 arctan(α/2), also together (Seiler,
-        Packard and Gahinet, IEEE Control Systems Magazine 40(5), 2020).
+        α of the disk margin with the skew σ = `skew` (Seiler, Packard and Gahinet, IEEE
+        Control Systems Magazine 40(5), 2020): the loop stands any gain and phase, together,
+        of the disk that `disk_gains` and `disk_phase_deg` describe.
     confirmed : bool
-        Whether the closed loop was found stable at gains and phases throughout the margins
-        and unstable just outside of each finite one.
+        Whether the poles of closed loops with changed gain and phase agree throughout.
+    skew : float
+    doubts : tuple of str
+        What they do not agree with, in words.
     """
 
     gain_db: Crossing
@@ -84,16 +106,38 @@ class Margins:
     modulus: Crossing
     disk: Crossing
     confirmed: bool
+    skew: float = 0.0
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def disk_gains(self) -> tuple[float, float]:
+        """Gain factors between which the disk lies: for σ = 0, (2 ∓ α)/(2 ± α)."""
+        return disk_gains(self.disk.value, self.skew)
+
+    @property
+    def disk_phase_deg(self) -> float:
+        """Turn in degrees that lies within the disk: for σ = 0, 2 arctan(α/2)."""
+        return disk_phase_deg(self.disk.value, self.skew)
 
 
-def classical_margins(loop: control.StateSpace) -> Margins:
-    """Return the classical margins of a loop that is stable when closed.
+def classical_margins(
+    loop: control.StateSpace, *, skew: float = 0.0, modes: Modes | None = None
+) -> Margins:
+    """Return the margins of a loop that is stable when closed.
+
+    Gain and phase margins are exact to rounding, typically 1e-9 relative, and modulus and
+    disk margins within `PEAK_TOLERANCE`.  What only touches a limit, within about 1e-10, is
+    undecidable in double precision and may count as a crossing or not.
 
     Parameters
     ----------
     loop : control.StateSpace
-        Return ratio L, one input and output, D = 0, closed as 1 + L = 0.  The caller decides
-        stability first: an unstable loop has no margin.
+        Return ratio L, one input and output, continuous or sampled, closed as 1 + L = 0.
+        The caller decides stability first: an unstable loop has no margin.
+    skew : float
+        σ of the disk: 0 is balanced, positive where the gain may rise more than fall.
+    modes : Modes, optional
+        By which the frequencies are named; otherwise the lightly damped poles of L.
 
     Returns
     -------
@@ -102,207 +146,172 @@ def classical_margins(loop: control.StateSpace) -> Margins:
     Raises
     ------
     InputError
-        If the loop is static, not strictly proper, or has several inputs or outputs.
+        If the loop has several inputs or outputs, an unknown sample time, an entry that is
+        not finite, or feedthrough −1, for which 1 + L has no inverse.
     """
-    if loop.ninputs != 1 or loop.noutputs != 1 or np.any(np.asarray(loop.D)) or loop.nstates == 0:
+    check_single(loop)
+    check_number(skew, "skew")
+    broken = BrokenLoop(loop)
+    if abs(1 + broken.D) <= 4 * np.finfo(float).eps:
         raise InputError(
-            "the loop is static, has direct feedthrough, or several inputs",
-            where="classical_margins",
-            remedy="give one strictly proper loop",
+            "the feedthrough of L is -1, so that 1 + L has no inverse",
+            where="margins",
+            remedy="the loop is not well posed: change its direct feedthrough",
         )
-    response = FrequencyResponse(loop)
-    A, B, C = _balanced(loop)
-    poles = np.concatenate([response.poles, np.linalg.eigvals(A - B @ C)])
-    known = np.unique(np.concatenate([np.abs(poles), np.abs(poles.imag)]))
-    gain = _crossings(response, _log_gain, _unit_gain_candidates(A, B, C), known)
-    real = _crossings(response, _sine, _real_axis_candidates(A, B, C), known)
-    up, down = _gain_margins(response, _truly_real(response, real))
-    turn, delay = _phase_margins(response, gain)
+    samples = sampled(broken)
+    gain = crossings(broken, samples, log_gain)
+    limits = _gain_limits(broken, truly_real(broken, crossings(broken, samples, sine)))
+    named = modes or modes_of(broken.response.poles - (1 if broken.step else 0), broken.step)
+    report = _Report(broken, named)
+    modulus, disk = nearest(broken, samples, 1.0), nearest(broken, samples, skew)
+    turns = -np.angle(-broken.response(gain.omega))
+    doubts = gain_doubts(broken, limits)
+    if _all_pass(samples):
+        phase, delay = report.all_pass()
+    else:
+        doubts += phase_doubts(broken, turns, gain.omega, gain.rising)
+        phase, delay = report.phase(samples, turns, gain), report.delay(turns, gain)
     return Margins(
-        Crossing(_decibel(up[0]), up[1]),
-        Crossing(-_decibel(down[0]), down[1]),
-        turn,
+        report.gain(limits, "rise"),
+        report.gain(limits, "fall"),
+        phase,
         delay,
-        tuple(float(w) / (2 * np.pi) for w in gain),
-        _distance(A, B, C, 0.0),
-        _distance(A, B, C, 0.5),
-        _confirmed(A, B, C, up[0], down[0], np.radians(turn.value)),
+        tuple(float(w) / (2 * np.pi) for w in gain.omega),
+        report.crossing(
+            1 / modulus.value, modulus.omega, perturbation.added(broken, modulus.omega)
+        ),
+        report.crossing(
+            1 / disk.value if disk.value else np.inf,
+            disk.omega,
+            perturbation.filtered(broken, skew, disk.omega),
+        ),
+        not doubts,
+        float(skew),
+        tuple(doubts),
     )
 
 
-def _balanced(loop: control.StateSpace) -> tuple[Array, Array, Array]:
-    scale = balance(np.asarray(loop.A))
-    return (
-        np.asarray(loop.A) / scale[:, None] * scale,
-        np.asarray(loop.B) / scale[:, None],
-        np.asarray(loop.C) * scale,
-    )
+def check_single(loop: control.StateSpace) -> None:
+    """Refuse what is not one loop of finite numbers with a known sample time."""
+    if not isinstance(loop, control.StateSpace) or loop.ninputs != 1 or loop.noutputs != 1:
+        raise InputError(
+            "the loop has several inputs or outputs, or is no state-space system",
+            where="margins",
+            remedy="give one loop as a control.StateSpace, broken at one point",
+        )
+    if loop.dt is True:
+        raise InputError(
+            "the sample time of the loop is not known",
+            where="margins",
+            remedy="give it in seconds, as the system's dt",
+        )
+    if not all(np.all(np.isfinite(getattr(loop, name))) for name in "ABCD"):
+        raise InputError(
+            "the loop has entries that are not finite", where="margins", remedy="look at A, B, C, D"
+        )
 
 
-def _unit_gain_candidates(A: Array, B: Array, C: Array) -> Array:
-    """|L(jω)| = 1 exactly where jω is an eigenvalue of this Hamiltonian matrix."""
-    # B and C enter with equal size, which balances the matrix.
-    ratio = np.sqrt(np.linalg.norm(C) / np.linalg.norm(B))
-    b, c = B * ratio, C / ratio
-    return _near_axis(np.linalg.eigvals(np.block([[A, b @ b.T], [-c.T @ c, -A.T]])))
+def _all_pass(samples: Samples) -> bool:
+    size = np.abs(samples.values)
+    clear = np.isfinite(samples.rounding)
+    return bool(np.all(np.abs(size - 1)[clear] <= _ALL_PASS + 10 * samples.rounding[clear]))
 
 
-def _real_axis_candidates(A: Array, B: Array, C: Array) -> Array:
-    """Im L(jω) = 0 at the zeros of L(s) − L(−s), a pencil of twice the size."""
-    n = len(A)
-    nothing = np.zeros((n, n))
-    ratio = np.sqrt(np.linalg.norm(C) / np.linalg.norm(B))
-    b, c = B * ratio, C / ratio
-    size = max(np.linalg.norm(A, 2), 1.0)
-    pencil = np.block([[A, nothing, b], [nothing, -A, b], [c, c, np.zeros((1, 1))]])
-    weight = np.diag(np.concatenate([np.ones(2 * n), [0.0]]))
-    alpha, beta = eigvals(pencil / size, weight, homogeneous_eigvals=True)
-    finite = np.abs(beta) > 1e-13 * np.abs(alpha)
-    return _near_axis(size * alpha[finite] / beta[finite])
-
-
-def _near_axis(values: ComplexArray) -> Array:
-    near = values[np.abs(values.real) <= _NEAR_AXIS * np.abs(values)]
-    return np.abs(near.imag)
-
-
-def _log_gain(values: ComplexArray) -> Array:
-    return np.log(np.abs(values))
-
-
-def _sine(values: ComplexArray) -> Array:
-    return np.asarray(values.imag / np.abs(values))
-
-
-def _crossings(
-    response: FrequencyResponse,
-    function: Callable[[ComplexArray], Array],
-    candidates: Array,
-    poles: Array,
-) -> Array:
-    """Return the sign changes of `function` of L(jω) over ω > 0, enclosed and polished.
-
-    Parameters
-    ----------
-    candidates : ndarray
-        Proposed frequencies; what lies far above all poles is an infinite eigenvalue.
-    poles : ndarray
-        Magnitudes and imaginary parts of open- and closed-loop poles.
-    """
-    top = poles[-1]
-    known = np.concatenate([candidates[candidates < 1e3 * top], poles])
-    known = np.unique(known[known > 1e-9 * top])
-    grid = np.geomspace(known[0] / 100, known[-1] * 100, _GRID)
-    points = np.unique(np.concatenate([known, grid]))
-    points = np.unique(np.concatenate([points, np.sqrt(points[1:] * points[:-1])]))
-    loop, rounding = response.with_rounding(points)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        values = function(loop)
-        clear = np.isfinite(values) & (np.abs(values * loop) > _TRUSTED * rounding)
-    points, values = points[clear], values[clear]
-    change = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))
-    return np.array([_polished(response, function, points[i], points[i + 1]) for i in change])
-
-
-def _polished(
-    response: FrequencyResponse,
-    function: Callable[[ComplexArray], Array],
-    left: float,
-    right: float,
-) -> float:
-    """Return the root of `function` of L(jω) between two frequencies of opposite sign."""
-
-    def at(w: float) -> float:
-        return float(function(response(np.array([w])))[0])
-
-    ends = at(left), at(right)
-    if np.sign(ends[0]) == np.sign(ends[1]):
-        # One frequency alone rounds otherwise than among many: an end is the root itself.
-        return left if abs(ends[0]) < abs(ends[1]) else right
-    return float(brentq(at, left, right, xtol=1e-300, rtol=1e-14))
-
-
-def _truly_real(response: FrequencyResponse, crossings: Array) -> Array:
-    """Return the crossings where L is real and not merely turning through a pole or zero.
-
-    An undamped pole or zero on the axis flips the sign of Im L, and that of Re L with it.
-    The constant gain L(0) is real as well.
-    """
-    if len(crossings):
-        values, rounding = response.with_rounding(crossings)
-        sides = [response(crossings * (1 + step)).real for step in (-1e-8, 1e-8)]
-        crossings = crossings[(np.abs(values) > _TRUSTED * rounding) & (sides[0] * sides[1] > 0)]
-    return np.concatenate([[0.0], crossings])
-
-
-def _gain_margins(
-    response: FrequencyResponse, crossings: Array
-) -> tuple[tuple[float, float | None], tuple[float, float | None]]:
-    """Return (factor, frequency in Hz) for raising and for lowering the gain."""
-    up: tuple[float, float | None] = (np.inf, None)
-    down: tuple[float, float | None] = (0.0, None)
-    values = response(crossings)
-    for w, value in zip(crossings, values, strict=True):
-        if np.isfinite(value) and value.real < 0 and abs(value.imag) < 1e-6 * abs(value):
-            factor, hertz = float(-1 / value.real), float(w / (2 * np.pi))
-            if 1 <= factor < up[0]:
-                up = (factor, hertz)
-            if down[0] < factor < 1:
-                down = (factor, hertz)
-    return up, down
-
-
-def _phase_margins(response: FrequencyResponse, gain: Array) -> tuple[Crossing, Crossing]:
-    if not len(gain):
-        return Crossing(np.inf, None), Crossing(np.inf, None)
-    from_limit = np.angle(-response(gain))
-    turn = np.abs(from_limit)
-    delay = np.mod(from_limit, 2 * np.pi) / gain
-    k, j = int(np.argmin(turn)), int(np.argmin(delay))
-    return (
-        Crossing(float(np.degrees(turn[k])), float(gain[k] / (2 * np.pi))),
-        Crossing(float(delay[j]), float(gain[j] / (2 * np.pi))),
-    )
-
-
-def _distance(A: Array, B: Array, C: Array, shift: float) -> Crossing:
-    """Return 1/‖S − shift‖∞ with the sensitivity S = 1/(1 + L)."""
-    peak = peak_gain(control.StateSpace(A - B @ C, B, -C, [[1.0 - shift]]))
-    hertz = peak.omega / (2 * np.pi) if np.isfinite(peak.omega) else None
-    return Crossing(1 / peak.value, hertz)
-
-
-def _decibel(factor: float) -> float:
-    return float(20 * np.log10(factor)) if factor > 0 else -np.inf
-
-
-def _confirmed(A: Array, B: Array, C: Array, up: float, down: float, turn: float) -> bool:
-    """Whether the closed loop is stable throughout the margins and unstable just outside.
-
-    The loop is closed with gains from just inside the reduction to just inside the rise,
-    and with phases up to the margin in either sense; where a margin is infinite a wide
-    range stands for it.
-    """
-    low = down * (1 + _STEP) if down > 0 else 1 / _WIDE
-    high = up * (1 - _STEP) if np.isfinite(up) else _WIDE
-    largest = min(turn, np.pi)
-    inside = np.concatenate(
-        [
-            np.geomspace(low, high, 16),
-            np.exp(1j * np.linspace(-1, 1, 8) * largest * (1 - _STEP)),
-        ]
-    )
-    outside = [
-        *([up * (1 + _STEP)] if np.isfinite(up) else []),
-        *([down * (1 - _STEP)] if down > 0 else []),
+def _gain_limits(loop: BrokenLoop, real: Crossings) -> list[Limit]:
+    """Return all gain factors at which a pole lies on the limit, increasing."""
+    if not len(loop.A):
+        return [Limit(-1 / loop.D, np.inf)] if loop.D < 0 else []
+    omega = np.concatenate([[0.0], real.omega, [loop.response.nyquist] if loop.step else []])
+    values = loop.response(omega)
+    # A double integrator in rounded coordinates has a finite, meaningless L(0).
+    known = loop.response.uncertainty(omega) < 0.1 * np.abs(values)
+    found = [
+        Limit(float(-1 / value.real), float(w))
+        for w, value in zip(omega[known], values[known], strict=True)
+        if np.isfinite(value) and value.real < 0
     ]
-    turned = [np.exp(sense * 1j * turn * (1 + _STEP)) for sense in (-1, 1) if turn < np.pi]
-    return (
-        all(_stable(A - factor * B @ C) for factor in inside)
-        and not any(_stable(A - factor * B @ C) for factor in outside)
-        and not (turned and all(_stable(A - factor * B @ C) for factor in turned))
-    )
+    if not loop.step and loop.D < 0:
+        found.append(Limit(-1 / loop.D, np.inf))
+    return sorted(found, key=lambda limit: limit.value)
 
 
-def _stable(A: ComplexArray | Array) -> bool:
-    return bool(np.linalg.eigvals(A).real.max() < 0)
+@dataclass(frozen=True, eq=False)
+class _Report:
+    """Makes a `Crossing` of each margin of a loop: named, with its perturbation applied."""
+
+    loop: BrokenLoop
+    modes: Modes
+
+    def _name(self, hertz: float | None) -> str:
+        return self.modes.nearest(hertz, self.loop.step)
+
+    def crossing(self, value: float, omega: float, change: Perturbation | None) -> Crossing:
+        hertz = float(omega / (2 * np.pi)) if np.isfinite(omega) else None
+        name = self._name(hertz)
+        end = "infinite frequency" if len(self.loop.A) else "every frequency"
+        note = "" if hertz is not None else f"reached at {end}"
+        return Crossing(value, hertz, name, change, change.distance if change else None, note)
+
+    def gain(self, limits: list[Limit], way: str) -> Crossing:
+        """Return the nearest factor above or below one, in decibels."""
+        sides = {
+            "rise": [limit for limit in limits if limit.value >= 1],
+            "fall": [limit for limit in reversed(limits) if limit.value < 1],
+        }[way]
+        if not sides:
+            return Crossing(np.inf, None, note=_NO_GAIN.format(way))
+        factor, omega = sides[0].value, sides[0].omega
+        # Where L(∞) is the critical value no pole reaches the axis: one becomes infinite.
+        posed = np.isfinite(omega) and abs(1 + factor * self.loop.D) > 1e-12
+        change = perturbation.gain(self.loop, factor, omega) if posed else None
+        return self.crossing(abs(float(20 * np.log10(factor))), omega, change)
+
+    def phase(self, samples: Samples, turns: Array, gain: Crossings) -> Crossing:
+        if not len(turns):
+            above = bool(np.median(log_gain(samples.values)) > 0)
+            return Crossing(np.inf, None, note=_LARGE if above else _SMALL)
+        k = int(np.argmin(np.abs(turns)))
+        return self._turned("phase", abs(float(turns[k])), float(gain.omega[k]), float(turns[k]))
+
+    def delay(self, turns: Array, gain: Crossings) -> Crossing:
+        late = self._at_the_end()
+        if late is not None and late.value == 0:
+            return late
+        if not len(turns):
+            return late or Crossing(np.inf, None, note=_SMALL)
+        seconds = np.mod(-turns, 2 * np.pi) / gain.omega
+        k = int(np.argmin(seconds))
+        if late is not None and late.value < seconds[k]:
+            return late
+        return self._turned("delay", float(seconds[k]), float(gain.omega[k]), float(turns[k]))
+
+    def _turned(self, kind: perturbation.Kind, size: float, omega: float, turn: float) -> Crossing:
+        change = perturbation.turned(self.loop, kind, complex(np.exp(1j * turn)), omega)
+        return self.crossing(float(np.degrees(size)) if kind == "phase" else size, omega, change)
+
+    def _at_the_end(self) -> Crossing | None:
+        """Return the delay that acts through |L| ≥ 1 at the highest frequency, if there is one.
+
+        With |D| ≥ 1 any delay at all leaves infinitely many unstable poles.  In a sampled
+        loop L(−1)·cos(πτ/T) = −1 is reached before the delay is a whole sample.
+        """
+        last = self.loop.last
+        if abs(last) < 1:
+            return None
+        if not self.loop.step:
+            return Crossing(0.0, None, note="|L| is not below one at infinite frequency")
+        seconds = float(np.arccos(-1 / last) / self.loop.response.nyquist)
+        return Crossing(
+            seconds,
+            0.5 / self.loop.step,
+            self._name(0.5 / self.loop.step),
+            note="|L| is not below one at half the sampling frequency",
+        )
+
+    def all_pass(self) -> tuple[Crossing, Crossing]:
+        """Return phase and delay margin of L = 1, the only stable loop with |L| = 1 throughout.
+
+        Any other has N(s) = ±P(−s), and poles symmetric about the axis.
+        """
+        turned = Crossing(180.0, None, note="|L| is one at all frequencies")
+        return turned, self._at_the_end() or Crossing(0.0, None)

@@ -11,11 +11,15 @@ from scipy.linalg import expm
 from slewctl._types import Array, BoolArray
 from slewctl.errors import InputError, check_count, check_number, check_positive
 from slewctl.loop.closed import Loop
+from slewctl.loop.sampled import SampledLoop
+from slewctl.loop.sampled_motion import sampled_motion
 from slewctl.plant import state_space
 from slewctl.plant.signals import TORQUE, signal
 
 # The summary looks between the points of the curves.
 _OVERSAMPLING = 4
+# Relative: an instant this little after the end is the end.
+_ROUNDING = 1e-12
 _WATCHED = ("theta", "theta_dot", "tip", "tip_deflection")
 
 
@@ -132,13 +136,18 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     that makes the motor give it.  c is the drag on the rigid rotation: the friction at the
     hub and the mass-proportional damping.
 
+    A sampled controller is given y − y_ref of each sampling instant.  The torque added to
+    what it computes at t_k is the mean of the same expression over the time that it is held,
+    from t_k + delay to t_{k+1} + delay.
+
     Parameters
     ----------
     loop : Loop
     slew : Slew
     points : int
         Number of times of the curves, at least 3; the response is exact at each of them.
-        The summary is read from four times as many.
+        The summary is read from four times as many.  Of a sampled loop they are about so
+        many of the samples and times between them.
 
     Raises
     ------
@@ -149,14 +158,19 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     """
     loop.require_stable("a slew response")
     check_count(points, "points", 3)
-    t, outputs = _propagated(loop, slew, _OVERSAMPLING * (points - 1))
+    steps = _OVERSAMPLING * (points - 1)
+    t, outputs = (
+        _sampled(loop, slew, steps)
+        if isinstance(loop, SampledLoop)
+        else _propagated(loop, slew, steps)
+    )
     theta, theta_dot, tip, deflection, actuator = outputs
     torque, voltage = _torque_and_voltage(loop, actuator, theta_dot)
     reach = loop.model.arm.hub.radius + loop.model.arm.beam.length
     travel = reach * np.radians(slew.angle_deg)
     settled = _settling(t, tip - travel, abs(travel), t >= slew.duration_s)
     summary = _summary(loop, settled, torque, voltage)
-    kept = slice(None, None, _OVERSAMPLING)
+    kept = slice(None, None, max(_OVERSAMPLING * (len(t) - 1) // steps, 1))
     wanted = reach * slew.reference(t)[0]
     return SlewResponse(
         t[kept],
@@ -201,6 +215,24 @@ def _propagated(loop: Loop, slew: Slew, steps: int) -> tuple[Array, Array]:
         [np.linspace(0, T, moving + 1), np.linspace(T, slew.end, max(steps - moving, 1) + 1)[1:]]
     )
     return t, out @ np.array(states).T
+
+
+def _sampled(loop: SampledLoop, slew: Slew, steps: int) -> tuple[Array, Array]:
+    """Return times and outputs of a sampled loop, about so many times and exact at each."""
+    T, delay = loop.sample_time, loop.controller.delay
+    samples = int(slew.end / T * (1 + _ROUNDING)) + 1
+    instants = T * np.arange(samples + 1.0)
+    readings = np.array([_rigid_readings(loop, *unit) for unit in np.eye(3)])
+    motion = np.array(slew.reference(instants[:-1]))
+    # Each input acts from one of these times to the next.
+    angle, rate, _ = slew.reference(delay + instants)
+    means = zip(np.diff(angle) / T, np.diff(rate) / T, strict=True)
+    forward = np.array([_feedforward(loop, *mean) for mean in means])
+    watched = state_space(loop.model, _WATCHED, input=loop.objective.actuator, coordinates="modal")
+    substeps = -(-steps // samples)
+    t, outputs = sampled_motion(loop, watched, motion.T @ readings, forward, substeps)
+    simulated = t <= slew.end * (1 + _ROUNDING)
+    return t[simulated], outputs[:, simulated]
 
 
 def _feedforward(loop: Loop, rate: float, acceleration: float) -> float:

@@ -5,6 +5,7 @@ from slewctl.model.fit import fit
 from slewctl.model.fit_result import Estimate, Fit
 from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies, hub_locked_frequencies_hz
 from slewctl.model.nonlinear import LargeDeflectionError, NonlinearModel, large_slew
+from slewctl.model.rigid import beam_inertia, beam_mass, total_inertia
 from slewctl.model.spin import SpinSofteningWarning, critical_spin_rad_s, spin_frequencies_hz
 from slewctl.model.truth import Truth, arm_modes, truth
 
@@ -20,11 +21,14 @@ __all__ = [
     "Truth",
     "arm_modes",
     "assemble",
+    "beam_inertia",
+    "beam_mass",
     "critical_spin_rad_s",
     "fit",
     "frequencies",
     "hub_locked_frequencies_hz",
     "large_slew",
     "spin_frequencies_hz",
+    "total_inertia",
     "truth",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm import Arm, ProfileSpec, Stations
+from slewctl.model.rigid import beam_inertia, beam_mass
 
 
 @dataclass(frozen=True)
@@ -61,16 +62,6 @@ def scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:
     return factor * spec
 
 
-def beam_mass(arm: Arm) -> float:
-    """Return the beam's mass in kg, to a percent or so: a scale for other masses."""
-    xi = (np.arange(200) + 0.5) / 200
-    return arm.beam.length * float(np.mean(arm.beam.mass_profile(xi)))
-
-
-def _beam_inertia(arm: Arm) -> float:
-    return beam_mass(arm) * arm.beam.length**2
-
-
 def _scale_mass(arm: Arm, factor: float) -> Arm:
     profile = scaled(arm.beam.mass_per_length, factor)
     return replace(arm, beam=replace(arm.beam, mass_per_length=profile))
@@ -100,14 +91,14 @@ ADJUSTABLE: dict[str, Adjustable] = {
             "kg·m²",
             lambda arm: arm.payload.inertia,
             lambda arm, value: replace(arm, payload=replace(arm.payload, inertia=value)),
-            _beam_inertia,
+            beam_inertia,
         ),
         Adjustable(
             "hub.inertia",
             "kg·m²",
             lambda arm: arm.hub.inertia,
             lambda arm, value: replace(arm, hub=replace(arm.hub, inertia=value)),
-            _beam_inertia,
+            beam_inertia,
         ),
         Adjustable(
             "hub.radius",

@@ -2,6 +2,14 @@
 
 from slewctl.plant.nonlinear import nonlinear_system
 from slewctl.plant.problem import GeneralisedPlant, Objective, check_plant, generalised_plant
+from slewctl.plant.reduction import Reduced, balanced_truncation, modal_truncation
+from slewctl.plant.sampled import (
+    SampledClosed,
+    SampledPlant,
+    continuous_equivalent,
+    sampled_plant,
+    split_delay,
+)
 from slewctl.plant.signals import ACTUATORS, SIGNALS, TORQUE, VOLTAGE, Signal, signal
 from slewctl.plant.statespace import state_space
 
@@ -12,10 +20,18 @@ __all__ = [
     "VOLTAGE",
     "GeneralisedPlant",
     "Objective",
+    "Reduced",
+    "SampledClosed",
+    "SampledPlant",
     "Signal",
+    "balanced_truncation",
     "check_plant",
+    "continuous_equivalent",
     "generalised_plant",
+    "modal_truncation",
     "nonlinear_system",
+    "sampled_plant",
     "signal",
+    "split_delay",
     "state_space",
 ]

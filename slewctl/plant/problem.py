@@ -16,7 +16,7 @@ stationary mean of Σ z².
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import control
 import numpy as np
@@ -26,7 +26,7 @@ from slewctl.errors import InputError, check_choice, check_positive, shown
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
 from slewctl.plant.signals import ACTUATORS, SIGNALS, TORQUE, check_signals
-from slewctl.plant.statespace import Actuator, drive, state_space
+from slewctl.plant.statespace import Actuator, Coordinates, drive, state_space
 
 
 @dataclass(frozen=True)
@@ -194,6 +194,43 @@ class GeneralisedPlant:
             name=f"{self.system.name}_control_path",
         )
 
+    def transformed(self, T: Array) -> GeneralisedPlant:
+        """Return the same plant with states T x.
+
+        Parameters
+        ----------
+        T : ndarray, shape (n, n)
+            Invertible.
+
+        Raises
+        ------
+        InputError
+            If T is of another shape, not finite or singular.
+        """
+        matrix, system = np.asarray(T, dtype=float), self.system
+        n = len(self.A)
+        refusal = InputError(
+            "the transformation is not an invertible matrix of the plant's size",
+            where="transformed",
+            remedy=f"give {n} by {n} finite numbers of full rank",
+        )
+        if matrix.shape != (n, n) or not np.isfinite(matrix).all():
+            raise refusal
+        try:
+            inverse = np.linalg.inv(matrix)
+        except np.linalg.LinAlgError as error:
+            raise refusal from error
+        turned = control.StateSpace(
+            matrix @ system.A @ inverse,
+            matrix @ system.B,
+            system.C @ inverse,
+            system.D,
+            inputs=system.input_labels,
+            outputs=system.output_labels,
+            name=f"{system.name}_transformed",
+        )
+        return replace(self, system=turned)
+
     def close(self, controller: control.StateSpace) -> control.StateSpace:
         """Return the closed loop from w to z (the lower linear fractional transformation).
 
@@ -208,7 +245,7 @@ class GeneralisedPlant:
             If the controller takes other signals than the plant's sensors, or commands
             another actuator.
         """
-        self._check_controller(controller)
+        self.check_controller(controller)
         Ak, Bk, Ck, Dk = (
             np.asarray(m) for m in (controller.A, controller.B, controller.C, controller.D)
         )
@@ -224,10 +261,27 @@ class GeneralisedPlant:
             name=f"{self.system.name}_closed",
         )
 
-    def _check_controller(self, controller: control.StateSpace) -> None:
-        if not isinstance(controller, control.StateSpace) or not controller.isctime():
+    def check_controller(
+        self, controller: control.StateSpace, sample_time: float | None = None
+    ) -> None:
+        """Refuse a controller that does not fit the plant, or runs on another clock.
+
+        Parameters
+        ----------
+        controller : control.StateSpace
+        sample_time : float, optional
+            In s; without it the controller must be continuous.
+
+        Raises
+        ------
+        InputError
+            As `close`.
+        """
+        clock = "continuous-time" if sample_time is None else f"{sample_time:g} s sampled"
+        known = isinstance(controller, control.StateSpace)
+        if not known or not _runs_on(controller, sample_time):
             raise InputError(
-                f"{shown(controller)} is not a continuous-time StateSpace",
+                f"{shown(controller)} is not a {clock} StateSpace",
                 where="close",
                 remedy="give one with the plant's sensors as named inputs",
             )
@@ -253,6 +307,12 @@ class GeneralisedPlant:
             )
 
 
+def _runs_on(controller: control.StateSpace, sample_time: float | None) -> bool:
+    if sample_time is None:
+        return bool(controller.isctime())
+    return bool(controller.isdtime(strict=True)) and float(controller.dt) == sample_time
+
+
 def check_plant(plant: object, where: str) -> None:
     """Refuse what is not a `GeneralisedPlant`."""
     if not isinstance(plant, GeneralisedPlant):
@@ -263,13 +323,18 @@ def check_plant(plant: object, where: str) -> None:
         )
 
 
-def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
-    """Return the generalised plant of `objective` on `model`, in modal coordinates.
+def generalised_plant(
+    model: Model, objective: Objective, *, coordinates: Coordinates = "modal"
+) -> GeneralisedPlant:
+    """Return the generalised plant of `objective` on `model`.
 
     Parameters
     ----------
     model : Model
     objective : Objective
+    coordinates : {"modal", "physical"}
+        Of the states, see `state_space`.  The modal ones are much the better conditioned;
+        every design method takes both.
 
     Returns
     -------
@@ -291,7 +356,7 @@ def generalised_plant(model: Model, objective: Objective) -> GeneralisedPlant:
         )
     z_names, sensors, actuator = objective.performance, objective.sensors, objective.actuator
     outputs = _union(z_names, sensors)
-    plant = state_space(model, outputs, input=actuator, coordinates="modal")
+    plant = state_space(model, outputs, input=actuator, coordinates=coordinates)
     torque_per_unit = drive(model.arm, actuator)[0]
     for name, feedthrough in zip(plant.output_labels, plant.D[:, 0], strict=True):
         if feedthrough != 0:

@@ -2,5 +2,6 @@
 
 from slewctl.report.comparison import write_comparison
 from slewctl.report.paper import write_paper
+from slewctl.report.study import write_study
 
-__all__ = ["write_comparison", "write_paper"]
+__all__ = ["write_comparison", "write_paper", "write_study"]

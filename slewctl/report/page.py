@@ -13,7 +13,7 @@ _PACKAGES = ("slewctl", "numpy", "scipy", "control", "matplotlib")
 
 
 def render(template: str, **values: Any) -> str:
-    """Return the page that `template` makes of `values`."""
+    """Return the page that `template` makes of `values`, escaped where it is HTML."""
     environment = Environment(
         loader=PackageLoader("slewctl.report", "templates"),
         autoescape=select_autoescape(),

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slewctl.paper import PaperReproduction
+from slewctl.paper import PaperReproduction, conditioning_words
 from slewctl.report.export import json_text, write_files
 from slewctl.report.page import render, versions
 from slewctl.report.paper_figures import (
+    conditioning_figure,
     functions_figure,
     hub_figure,
     integrator_figure,
@@ -39,6 +40,8 @@ def write_paper(reproduction: PaperReproduction, folder: Path) -> Path:
         tip=tip_figure(reproduction.figures),
         integrators=integrator_figure(findings.integrators),
         hub=hub_figure(findings.hub),
+        conditioning=conditioning_figure(reproduction.conditioning),
+        conditioning_words=conditioning_words(reproduction.conditioning),
     )
     results = {"versions": versions(), "reproduction": reproduction}
     write_files(folder, {"index.html": page, "results.json": json_text(results)})

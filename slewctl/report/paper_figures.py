@@ -1,11 +1,18 @@
-"""Figures 2–7 of the paper redrawn, and the figures of the two findings."""
+"""Figures 2–7 of the paper redrawn, and the figures of the three findings."""
 
 from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from slewctl.paper import Figures, HubFinding, HubPoint, IntegratorFinding, ShapeFigure
+from slewctl.paper import (
+    ConditioningFinding,
+    Figures,
+    HubFinding,
+    HubPoint,
+    IntegratorFinding,
+    ShapeFigure,
+)
 from slewctl.report.drawing import ALARM, INK, figure, legend, style, svg
 
 _FUNCTION_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
@@ -117,3 +124,40 @@ def _losses(ax: Axes, nothing: float, points: list[HubPoint], basis: str) -> Non
     unstable = np.array([v is None for v in values])
     top = np.full(unstable.sum(), 3e3 if basis == "slewing" else 1e3)
     ax.plot(ratios[unstable], top, "x", ms=8, mew=2, color=looks["color"])
+
+
+def conditioning_figure(finding: ConditioningFinding) -> str:
+    """Return the gap to the Riccati optimum by n, raw and scaled, by form and hub inertia."""
+    ratios = list(dict.fromkeys(point.hub_ratio for point in finding.points))
+    forms = ("covariance", "riccati")
+    fig, axes = figure(len(forms), len(ratios), (7.2, 5.2), sharex=True)
+    for k, ax in enumerate(axes):
+        form, ratio = forms[k // len(ratios)], ratios[k % len(ratios)]
+        for shift, basis in ((-0.08, "clamped-free"), (0.08, "slewing")):
+            _attempts(ax, finding, ratio, basis, form, shift)
+        ax.set_yscale("log")
+        ax.set_ylim(3e-13, 30)
+        ax.axhline(1e-6, color=INK, lw=0.8)
+        name = "Riccati" if form == "riccati" else form
+        ax.set_title(f"{name} form, {f'J_h = {ratio:g} J_beam' if ratio else 'no hub'}")
+    for ax in axes[-len(ratios) :]:
+        ax.set_xlabel("n")
+    for ax in axes[:: len(ratios)]:
+        ax.set_ylabel("J / J_Riccati − 1")
+    legend(axes[-1], loc="center")
+    return svg(fig, "conditioning", "Gap to the Riccati optimum in raw and scaled coordinates")
+
+
+def _attempts(
+    ax: Axes, finding: ConditioningFinding, ratio: float, basis: str, form: str, shift: float
+) -> None:
+    points = finding.of(ratio, basis)
+    colour = style(basis)["color"]
+    n = np.array([point.n for point in points]) + shift
+    for coordinates, marker, face in (("raw", "o", colour), ("scaled", "s", "none")):
+        found = [getattr(point, f"{form}_{coordinates}").gap for point in points]
+        gaps = np.array([np.nan if gap is None else gap for gap in found])
+        label = f"{basis}, {coordinates}"
+        ax.plot(n, gaps, marker, ms=5, color=colour, mfc=face, label=label)
+        nothing = np.isnan(gaps)
+        ax.plot(n[nothing], np.full(nothing.sum(), 3.0), "x", ms=7, mew=2, color=colour)

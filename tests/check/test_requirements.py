@@ -9,7 +9,7 @@ import pytest
 
 from slewctl import Hub, InputError, Objective, Slew, arms
 from slewctl.arm import Motor
-from slewctl.check import REQUIREMENTS, judge
+from slewctl.check import MARGINS, REQUIREMENTS, judge, measure
 from slewctl.compare import Case, Evaluation, evaluate
 from slewctl.loop import Crossing
 
@@ -120,12 +120,62 @@ def test_gain_margin_is_the_smaller_of_rise_and_fall(good: Evaluation) -> None:
     assert (verdict.value, verdict.frequency_hz, verdict.passed) == (4.0, 2.0, False)
 
 
-def test_infinite_margin_is_explained(good: Evaluation) -> None:
+@pytest.mark.parametrize("name", ["gain_margin_db", "phase_margin_deg", "delay_margin_s"])
+def test_infinite_margin_is_explained(good: Evaluation, name: str) -> None:
     assert good.margins is not None
-    margins = replace(good.margins, delay_s=Crossing(math.inf, None))
-    verdict = judge(replace(good, margins=margins), {"delay_margin_s": 1.0})[-1]
+    none = Crossing(math.inf, None)
+    margins = replace(
+        good.margins, delay_s=none, phase_deg=none, gain_db=none, gain_reduction_db=none
+    )
+    verdict = judge(replace(good, margins=margins), {name: 1.0})[-1]
     assert verdict.passed
-    assert "no such crossing" in verdict.note
+    assert verdict.slack == math.inf
+    assert "unstable" in verdict.note
+    told = replace(none, note="|L| is below one at all frequencies")
+    margins = replace(margins, delay_s=told, phase_deg=told)
+    verdict = judge(replace(good, margins=margins), {"delay_margin_s": 1.0})[-1]
+    assert verdict.note == told.note
+
+
+def test_a_slew_that_does_not_settle_is_explained_and_fails(good: Evaluation) -> None:
+    assert good.slew is not None
+    still = replace(good, slew=replace(good.slew, settling_time_s=math.inf))
+    verdict = judge(still, {"settling_time_max": 1e9})[-1]
+    assert (verdict.passed, verdict.note) == (False, "not settled within the time simulated")
+
+
+@pytest.mark.parametrize("side", ["gain_db", "gain_reduction_db"])
+def test_a_gain_margin_of_nan_is_not_hidden_by_the_other_side(good: Evaluation, side: str) -> None:
+    assert good.margins is not None
+    margins = replace(good.margins, **{side: Crossing(math.nan, None)})
+    verdict = judge(replace(good, margins=margins), {"gain_margin_db": 0.0})[-1]
+    assert not verdict.passed
+
+
+def test_slack_is_relative_and_signed(good: Evaluation) -> None:
+    assert good.margins is not None
+    margins = replace(good.margins, modulus=Crossing(0.6, 1.0, "mode 1 (1 Hz)"))
+    evaluation = replace(good, margins=margins)
+    verdicts = [judge(evaluation, {"modulus_margin": x})[-1] for x in (0.5, 0.8, 0.0)]
+    assert [v.slack for v in verdicts] == pytest.approx([0.2, -0.25, math.inf])
+    assert verdicts[0].mode == "mode 1 (1 Hz)"
+    for verdict in verdicts:
+        assert verdict.passed == (verdict.slack >= 0)
+    nothing = replace(verdicts[0], value=None), replace(verdicts[0], value=math.nan)
+    assert [v.slack for v in nothing] == [-math.inf, -math.inf]
+
+
+def test_all_margins_and_what_is_required_are_recorded(
+    good: Evaluation, unstable: Evaluation
+) -> None:
+    found = measure(good, ["stable", "torque_peak_max"])
+    assert list(found) == [*MARGINS, "torque_peak_max"]
+    for name, reading in found.items():
+        assert reading == REQUIREMENTS[name].read(good)
+    assert measure(unstable, ["torque_peak_max"]) == {}
+    assert good.margins is not None
+    doubtful = replace(good, margins=replace(good.margins, confirmed=False))
+    assert all(math.isnan(measure(doubtful, [])[name].value) for name in MARGINS)
 
 
 @pytest.mark.parametrize(

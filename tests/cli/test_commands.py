@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import re
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
 from slewctl import arms
+from slewctl.cli import main
 
 ROOT = Path(__file__).parents[2]
 FAST = """
@@ -39,8 +43,22 @@ gain_margin_db = 6
 
 
 def slewctl(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "slewctl", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    """Run the command line in this process; an error that escapes it fails the test."""
+    command = ["slewctl", *map(str, arguments)]
+    out, err, status = io.StringIO(), io.StringIO(), 0
+    with patch.object(sys, "argv", command), redirect_stdout(out), redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as stopped:
+            status = int(str(stopped.code))
+    return subprocess.CompletedProcess(command, status, out.getvalue(), err.getvalue())
+
+
+def test_the_package_runs_as_a_module() -> None:
+    command = [sys.executable, "-m", "slewctl", "modes", "paper-beam", "-n", "0"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Invalid value" in done.stderr
 
 
 @pytest.fixture
@@ -98,7 +116,7 @@ def test_a_wrong_file_leaves_no_report(design: Path, tmp_path: Path) -> None:
     done = slewctl("compare", design, "--out", tmp_path / "out")
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert f"{design}: model.n: -2" in done.stderr
+    assert f"{design}:8: model.n: -2" in done.stderr
     assert not (tmp_path / "out").exists()
 
 

@@ -44,20 +44,7 @@ def design_plant(modes: int = 3, objective: Objective = OBJECTIVE) -> Generalise
 
 def transformed(plant: GeneralisedPlant, T: Array) -> GeneralisedPlant:
     """Return the same plant with states T x."""
-    inverse = np.linalg.inv(T)
-    system = plant.system
-    return GeneralisedPlant(
-        control.StateSpace(
-            T @ system.A @ inverse,
-            T @ system.B,
-            system.C @ inverse,
-            system.D,
-            inputs=system.input_labels,
-            outputs=system.output_labels,
-            name=f"{system.name}_transformed",
-        ),
-        plant.sensors,
-    )
+    return plant.transformed(T)
 
 
 def transfer(system: control.StateSpace, points: ComplexArray) -> ComplexArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -143,10 +144,31 @@ def test_refusals_name_file_key_and_remedy(tmp_path: Path, old: str, new: str, w
     with pytest.raises(InputError) as caught:
         read_design(path)
     message = str(caught.value)
-    assert message.startswith(f"{path}: ")
+    assert re.match(rf"{re.escape(str(path))}(:\d+)?: ", message)
     assert words in message
     assert "\n" not in message
     assert "instance of" not in message  # pydantic's classes mean nothing to the user
+
+
+LINES = [
+    ("n = 2", "n = 2\norder = 3", 10),
+    ("inertia = 0.5", "inerta = 0.5", 6),
+    ("tip = 0.1", "tipp = 0.1", 12),
+    ('"paper-beam"', '"paper_beam"', 4),
+    ("stable = true", "stable = false", 18),
+    ("[model]", "[model", 7),
+    ('method = "lqg"', "", 10),
+    ("[slew]\nangle_deg = 30\nduration_s = 2\n", "", None),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "line"), LINES, ids=[new for _, new, _ in LINES])
+def test_refusals_name_the_line(tmp_path: Path, old: str, new: str, line: int | None) -> None:
+    path = written(tmp_path, GOOD.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        read_design(path)
+    place = f"{path}:{line}: " if line else f"{path}: "
+    assert str(caught.value).startswith(place)
 
 
 DAMPINGS = [
@@ -216,7 +238,7 @@ def test_impossible_beams_are_refused(tmp_path: Path, profile: str, words: str) 
     if "-1 is not positive" in words:
         words = "falls to -1"
     assert words in str(caught.value)
-    assert str(caught.value).startswith(f"{path}: ")
+    assert str(caught.value).startswith(f"{path}:")
 
 
 def test_missing_files_and_folders(tmp_path: Path) -> None:

@@ -24,13 +24,18 @@ Function = Callable[[Array], ComplexArray]
 
 @dataclass(frozen=True)
 class BruteMargins:
-    """Gain factors, phase in degrees and delay in s, with infinity for 'none'."""
+    """Gain factors, phase in degrees and delay in s, with infinity for 'none'.
+
+    `modulus` and `disk` are the smallest on the grid: bounds from above.
+    """
 
     up: float
     down: float
     phase_deg: float
     delay_s: float
     gain_crossings: Array
+    modulus: float
+    disk: float
 
 
 def loop_function(loop: Loop) -> Function:
@@ -88,7 +93,7 @@ def resolved_grid(poles: ComplexArray, points: int = 200) -> Array:
     return grid[grid >= 1e-5 * size.min()]
 
 
-def roots_on(grid: Array, values: Array, exact: Callable[[float], float]) -> Array:
+def roots_on(grid: Array, values: Array, exact: Callable[[Array], Array]) -> Array:
     """Return all roots between grid points, including pairs hidden inside one local extremum."""
     sign = np.sign(values)
     where = np.flatnonzero(sign[1:] * sign[:-1] < 0)
@@ -99,39 +104,59 @@ def roots_on(grid: Array, values: Array, exact: Callable[[float], float]) -> Arr
     # A pair of roots can hide only where the extremum is close to zero beside its change.
     tight = np.abs(middle) < 2 * np.maximum(np.abs(left - middle), np.abs(right - middle))
     for i in np.flatnonzero(turning & same & tight):
-        fine = np.linspace(grid[i], grid[i + 2], 2001)
-        inner = np.array([exact(w) for w in fine])
+        fine = np.linspace(grid[i], grid[i + 2], 401)
+        inner = exact(fine)
         for j in np.flatnonzero(inner[1:] * inner[:-1] < 0):
             brackets.append((fine[j], fine[j + 1]))
-    return np.array([brentq(exact, a, b, xtol=1e-300, rtol=1e-15) for a, b in brackets])
+
+    def scalar(w: float) -> float:
+        return float(exact(np.array([w]))[0])
+
+    return np.array([brentq(scalar, a, b, xtol=1e-300, rtol=1e-15) for a, b in brackets])
 
 
-def brute_margins(function: Function, poles: ComplexArray, points: int = 200) -> BruteMargins:
-    """Return the classical margins of a stable loop from a grid resolved at `poles`."""
+def brute_margins(
+    function: Function, poles: ComplexArray, points: int = 200, limit: float = np.inf
+) -> BruteMargins:
+    """Return the margins of a stable loop from a grid resolved at `poles`.
+
+    Parameters
+    ----------
+    limit : float
+        Half the sampling frequency in rad/s of a sampled loop, where L is real.
+    """
     grid = resolved_grid(poles, points)
+    grid = grid[grid < limit]
     L = function(grid)
     grid, L = grid[np.isfinite(L)], L[np.isfinite(L)]
 
-    def scalar(of: Callable[[complex], float]) -> Callable[[float], float]:
-        def value(w: float) -> float:
-            v = complex(function(np.array([w]))[0])
+    def sound(of: Callable[[ComplexArray], Array]) -> Callable[[Array], Array]:
+        def value(w: Array) -> Array:
+            v = function(w)
             # Exactly on an undamped pole or zero the search ends; the jump is sorted out below.
-            return float(of(v)) if np.isfinite(v) and v != 0 else 0.0
+            fine = np.isfinite(v) & (v != 0)
+            return np.where(fine, of(np.where(fine, v, 1.0)), 0.0)
 
         return value
 
-    gain = roots_on(grid, np.log(np.abs(L)), scalar(lambda v: np.log(abs(v))))
-    real = roots_on(grid, L.imag / np.abs(L), scalar(lambda v: v.imag / abs(v)))
+    gain = roots_on(grid, np.log(np.abs(L)), sound(lambda v: np.log(np.abs(v))))
+    real = roots_on(grid, L.imag / np.abs(L), sound(lambda v: v.imag / np.abs(v)))
     at = function(real) if len(real) else np.zeros(0, complex)
     # A sign change at an undamped pole or zero is a jump, not a root.
     at = at[np.isfinite(at) & (at != 0)]
+    if np.isfinite(limit):
+        at = np.concatenate([at, function(np.array([limit])).real])
     crossing = at[(np.abs(at.imag) < 1e-6 * np.abs(at)) & (at.real < 0)]
     factors = -1 / crossing.real
     beyond = np.angle(-function(gain)) if len(gain) else np.zeros(0)
+    with np.errstate(all="ignore"):
+        nearest = np.abs(1 + L)
     return BruteMargins(
         up=float(min(factors[factors >= 1], default=np.inf)),
         down=float(max(factors[factors < 1], default=0.0)),
         phase_deg=float(np.degrees(np.min(np.abs(beyond), initial=np.inf))),
         delay_s=float(np.min(np.mod(beyond, 2 * np.pi) / gain, initial=np.inf)),
         gain_crossings=np.sort(gain),
+        modulus=float(nearest.min()),
+        disk=float((2 * nearest / np.abs(1 - L)).min()),
     )

@@ -14,7 +14,7 @@ from slewctl.loop import Margins, classical_margins
 
 
 def compare(margins: Margins, truth: BruteMargins, label: str) -> None:
-    """Fail when a margin differs by more than 1e-6 relative, or a crossing is missing."""
+    """Fail when a margin differs by more than 1e-7 relative, or a crossing is missing."""
     pairs = {
         "gain": (10 ** (margins.gain_db.value / 20), truth.up),
         "gain reduction": (10 ** (-margins.gain_reduction_db.value / 20), truth.down),
@@ -22,8 +22,8 @@ def compare(margins: Margins, truth: BruteMargins, label: str) -> None:
         "delay": (margins.delay_s.value, truth.delay_s),
     }
     for name, (ours, theirs) in pairs.items():
-        # A Schur form places a resonance to ε‖A‖; relative to a half-width that is below 1e-6.
-        assert ours == pytest.approx(theirs, rel=1e-6), f"{label}: {name}"
+        # A Schur form places a resonance to ε‖A‖; relative to a half-width that is below 1e-7.
+        assert ours == pytest.approx(theirs, rel=1e-7), f"{label}: {name}"
     assert len(margins.gain_crossings_hz) == len(truth.gain_crossings), label
 
 
@@ -33,20 +33,20 @@ def check_loop(loop: Loop, label: str, points: int = 100) -> None:
     assert loop.margins.confirmed, label
 
 
-def test_forty_random_loops() -> None:
-    for i, loop in enumerate(stable_loops(seed=1, count=40)):
+def test_a_few_random_loops() -> None:
+    for i, loop in enumerate(stable_loops(seed=1, count=5)):
         check_loop(loop, f"loop {i}")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10, 20))
-def test_two_hundred_and_fifty_random_loops(seed: int) -> None:
-    for i, loop in enumerate(stable_loops(seed=seed, count=25)):
-        check_loop(loop, f"seed {seed}, loop {i}", points=400)
+@pytest.mark.parametrize("seed", range(10, 12))
+def test_forty_random_loops(seed: int) -> None:
+    for i, loop in enumerate(stable_loops(seed=seed, count=20)):
+        check_loop(loop, f"seed {seed}, loop {i}", points=100)
 
 
 @pytest.mark.parametrize("objective_torque", [0.1, 1.0, 10.0])
-@pytest.mark.parametrize("n", [4, 6, 8])
+@pytest.mark.parametrize("n", [4, 7])
 def test_undamped_paper_beam(n: int, objective_torque: float) -> None:
     """No damping at all: every open-loop pole lies on the axis."""
     objective = Objective(
@@ -115,10 +115,10 @@ def test_modal_loop_helper_evaluates_its_own_state_space() -> None:
 
 
 def test_margins_do_not_depend_on_the_last_digits() -> None:
-    """Sixty designs that differ by parts per million have the same margins to as many."""
+    """Fifteen designs that differ by parts per million have the same margins to as many."""
     model = assemble(catalogue.get("paper-beam"), ClampedFree(4))
     noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.01}
-    for k in range(60):
+    for k in range(0, 60, 4):
         objective = Objective({"tip": 0.1, "torque": 1.0 + k * 1e-6}, noise)
         loop = close(model, objective, lqg(generalised_plant(model, objective)))
         assert loop.margins.gain_reduction_db.value == pytest.approx(20.9135, abs=2e-3), k

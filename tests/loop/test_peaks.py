@@ -27,24 +27,67 @@ def test_peak_at_zero_and_at_infinity() -> None:
     assert (high.value, high.omega) == (pytest.approx(1.0), np.inf)
 
 
-def test_l_infinity_norm_of_the_slicot_example() -> None:
-    """SLICOT AB13DD's own example: 0.5000000001e6 at 1.414213562 rad/s."""
-    eps = 1e-6  # damping of the narrow mode, of which the peak is the half-inverse
-    peak = peak_gain(control.ss([[0, 1], [-2, -2 * eps]], [[0], [1]], [[0, 1]], 0))
-    assert peak.value == pytest.approx(1 / (2 * eps), rel=PEAK_TOLERANCE)
-    assert peak.omega == pytest.approx(np.sqrt(2), rel=1e-9)
+@pytest.mark.parametrize("inputs", [1, 2, 3])
+@pytest.mark.parametrize("step", [0, 0.05])
+def test_no_grid_finds_a_higher_singular_value(inputs: int, step: float) -> None:
+    """Random lightly damped systems with feedthrough, two outputs, continuous and sampled."""
+    rng = np.random.default_rng(inputs)
+    for _ in range(6):
+        blocks = [_block(w) for w in np.sort(rng.uniform(0.5, 40, 5))]
+        A = np.kron(np.eye(5), np.zeros((2, 2)))
+        for i, block in enumerate(blocks):
+            A[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
+        B, C = rng.standard_normal((10, inputs)), rng.standard_normal((2, 10))
+        system = control.StateSpace(A, B, C, 0.3 * rng.standard_normal((2, inputs)))
+        system = system.sample(step) if step else system
+        peak = peak_gain(system)
+        response = FrequencyResponse(system)
+        around = response.landmarks[:, None] * (1 + 1e-3 * np.linspace(-4, 4, 801))
+        top = np.pi / step if step else 1e4
+        omega = np.concatenate([np.geomspace(1e-3, top, 3000), around.ravel()])
+        values = response(omega[omega <= top]).reshape(-1, 2, inputs)
+        highest = np.linalg.norm(values, 2, axis=(1, 2)).max()
+        assert highest <= peak.value * (1 + 2 * PEAK_TOLERANCE)
+        assert highest == pytest.approx(peak.value, rel=1e-4)
+        at = np.atleast_3d(response(np.array([peak.omega]))).reshape(2, inputs)
+        assert np.linalg.norm(at, 2) == pytest.approx(peak.value, rel=1e-12)
 
 
-def test_disk_margin_of_seiler_packard_gahinet() -> None:
-    """L = 25/(s³ + 10s² + 10s + 10): α = 0.458093 at 1.955 rad/s, gains [0.627278, 1.594189]."""
-    m = classical_margins(control.tf2ss(control.tf([25], [1, 10, 10, 10])))
-    alpha = m.disk.value
-    assert alpha == pytest.approx(0.458093, abs=6e-7)
-    assert m.disk.frequency_hz is not None
-    assert 2 * np.pi * m.disk.frequency_hz == pytest.approx(1.955, abs=6e-4)
-    assert (2 - alpha) / (2 + alpha) == pytest.approx(0.627278, abs=6e-7)
-    assert (2 + alpha) / (2 - alpha) == pytest.approx(1.594189, abs=6e-7)
-    assert 2 * np.degrees(np.arctan(alpha / 2)) == pytest.approx(25.80, abs=6e-3)
+def _block(w: float) -> np.ndarray:
+    return np.array([[0, w], [-w, -2e-3 * w]])
+
+
+def test_peak_is_that_of_the_transpose_and_of_the_inverse_scale() -> None:
+    rng = np.random.default_rng(5)
+    A = rng.standard_normal((6, 6)) - 4 * np.eye(6)
+    B, C, D = rng.standard_normal((6, 2)), rng.standard_normal((3, 6)), rng.standard_normal((3, 2))
+    peak = peak_gain(control.StateSpace(A, B, C, D))
+    turned = peak_gain(control.StateSpace(A.T, C.T, B.T, D.T))
+    faster = peak_gain(control.StateSpace(1e5 * A, 1e5 * B, C, D))
+    assert turned.value == pytest.approx(peak.value, rel=2 * PEAK_TOLERANCE)
+    assert faster.value == pytest.approx(peak.value, rel=2 * PEAK_TOLERANCE)
+    assert faster.omega == pytest.approx(1e5 * peak.omega, rel=1e-3)
+
+
+def test_sampled_peak_survives_damping_below_the_grid_of_z() -> None:
+    """ζωT = 1e-7: the pole lies a ten-millionth inside the unit circle, the norm is finite."""
+    zeta, T = 1e-5, 0.01
+    lag = np.exp((-zeta + 1j * np.sqrt(1 - zeta**2)) * T)
+    A = [[2 * lag.real, -(abs(lag) ** 2)], [1, 0]]
+    peak = peak_gain(control.StateSpace(A, [[1], [0]], [[0, 1]], 0, T))
+    theta = np.linspace(-3, 3, 20001) * zeta * T + np.angle(lag)
+    z = np.exp(1j * theta)
+    highest = np.abs(1 / ((z - lag) * (z - np.conj(lag)))).max()
+    # The data of A carry ε, against ζωT that is 1e-9.
+    assert peak.value == pytest.approx(highest, rel=1e-7)
+
+
+def test_static_and_flat_systems() -> None:
+    static = peak_gain(control.StateSpace([], [], [], [[3.0, 4.0]]))
+    assert static.value == pytest.approx(5.0)
+    all_pass = peak_gain(control.ss(control.tf([-1, 2], [1, 2])))
+    assert all_pass.value == pytest.approx(1.0, rel=PEAK_TOLERANCE)
+    assert peak_gain(control.StateSpace(-1.0, 0.0, 0.0, 0.0)).value == 0.0
 
 
 def test_double_integrator_with_pd_has_modulus_margin_one() -> None:

@@ -6,7 +6,7 @@ import control
 import numpy as np
 import pytest
 
-from slewctl import GeneralisedPlant, lqg
+from slewctl import GeneralisedPlant, h2_lmi, lqg
 from slewctl.linalg import solve_riccati
 from slewctl.loop import classical_margins
 
@@ -76,3 +76,16 @@ def test_h2_optimum_of_an_unstable_plant() -> None:
     golden = 2 + np.sqrt(5)
     np.testing.assert_allclose(controller.gains["state_feedback"], [[0, golden, 0]], atol=1e-12)
     np.testing.assert_allclose(controller.gains["observer"].T, [[0, golden, 0]], atol=1e-12)
+
+
+@pytest.mark.parametrize("formulation", ["separated", "joint"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_h2_optimum_by_matrix_inequalities(formulation: str, turned: bool) -> None:
+    """The same example, as it stands and in other coordinates, by each formulation."""
+    plant = zhou_doyle_glover_plant()
+    T = np.array([[1.0, 2.0, 0.0], [-0.5, 1.0, 3.0], [0.0, 1.0, 1.0]]) if turned else np.eye(3)
+    controller = h2_lmi(plant.transformed(T), formulation=formulation)
+    assert controller.certificate.verified, controller.certificate
+    assert np.sqrt(controller.h2_cost) == pytest.approx(8.9582, abs=5e-5)
+    gains = controller.gains["state_feedback"] @ T
+    np.testing.assert_allclose(gains, [[0, 2 + np.sqrt(5), 0]], atol=1e-3)

@@ -63,7 +63,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {p.parent.name: p for p in folder.glob("*/index.html")}
 
 
-@pytest.mark.parametrize(("name", "pictures"), [("comparison-first", 10), ("paper-first", 6)])
+@pytest.mark.parametrize(("name", "pictures"), [("comparison-first", 10), ("paper-first", 7)])
 def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pictures: int) -> None:
     text = pages[name].read_text(encoding="utf-8")
     page = Page(text)

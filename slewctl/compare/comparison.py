@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.arm import Arm, Hub
-from slewctl.basis import Polynomial
 from slewctl.compare.case import Case
 from slewctl.compare.evaluation import Evaluation, Judge, Outcome
 from slewctl.loop import Loop, SlewResponse
-from slewctl.model import Model, assemble
+from slewctl.model import Model, beam_inertia
 
 Progress = Callable[[str], None]
 
@@ -175,8 +173,6 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
 
 def _summary(judge: Judge) -> TruthSummary:
     arm, model = judge.case.arm, judge.truth
-    bare = Arm(arm.beam, Hub(radius=arm.hub.radius))
-    beam_inertia = assemble(bare, Polynomial(1)).mass[0, 0]
     return TruthSummary(
         modes=model.modes,
         functions=model.functions,
@@ -184,7 +180,7 @@ def _summary(judge: Judge) -> TruthSummary:
         frequencies_hz=tuple(float(f) for f in model.frequencies_hz),
         optimal_cost=judge.optimal.h2_cost,
         optimal_verified=judge.optimal.certificate.verified,
-        hub_ratio=float(arm.hub_inertia / beam_inertia),
+        hub_ratio=arm.hub_inertia / beam_inertia(arm),
     )
 
 
@@ -222,10 +218,10 @@ def _smooth(loop: Loop, omega: Array) -> tuple[Array, ComplexArray]:
 
 def _frequencies(loop: Loop) -> Array:
     """Return frequencies in rad/s, dense at every pole of the loop."""
-    poles = np.linalg.eigvals(np.asarray(loop.return_ratio.A))
+    poles = loop.open_poles
     poles = poles[poles.imag > 0]
     slow = np.abs(loop.poles)[np.abs(loop.poles) > 0].min()
-    fast = 1.3 * loop.model.omega[-1]
+    fast = min(1.3 * loop.model.omega[-1], loop.nyquist_rad_s)
     grid = np.geomspace(slow / 10, fast, _CURVE_POINTS)
     widths = np.abs(poles.real)[:, None] * np.array([0, 0.5, 1, 2, 4, 8, 16])
     around = np.concatenate([poles.imag[:, None] + widths, poles.imag[:, None] - widths])

@@ -1,0 +1,81 @@
+"""The pytest plugin's door: it collects design files when asked, and costs nothing before.
+
+    pytest --slewctl designs                     # on the command line, or in pyproject.toml:
+
+    [tool.pytest.ini_options]
+    slewctl_designs = ["designs"]
+
+A TOML file is a design if it has both an ``[arm]`` and a ``[controller]`` table; others are
+left alone.  This module stands outside the package because every run of pytest imports it,
+and importing slewctl takes a second.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+# What a design looks like that is not valid TOML: it must fail and not go unseen.
+_TABLES = (re.compile(r"^\s*\[\s*arm\b", re.M), re.compile(r"^\s*\[\s*controller\b", re.M))
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the flag and the ini option."""
+    group = parser.getgroup("slewctl", "design files of slewctl")
+    group.addoption(
+        "--slewctl",
+        action="store_true",
+        help="collect the design files (*.toml) among the paths given as tests",
+    )
+    parser.addini(
+        "slewctl_designs", "folders and files of designs to collect as tests", type="paths"
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Add the folders of designs to the paths that pytest looks at when none is named."""
+    config.addinivalue_line("markers", "slewctl: a requirement of a design file")
+    if config.args_source is pytest.Config.ArgsSource.TESTPATHS:
+        seen = [Path(argument).resolve() for argument in config.args]
+        config.args += [
+            str(folder)
+            for folder in config.getini("slewctl_designs")
+            if folder.exists() and not any(_below(folder, path) for path in seen)
+        ]
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """Return the collector of a design file, if designs are asked for and the file is one."""
+    if file_path.suffix != ".toml" or not _asked(file_path, parent.config):
+        return None
+    if not _is_design(file_path):
+        return None
+    # The first design that is collected pays for slewctl and all it needs.
+    from slewctl.testing.collect import DesignFile
+
+    return DesignFile.from_parent(parent, path=file_path)
+
+
+def _asked(path: Path, config: pytest.Config) -> bool:
+    if config.getoption("--slewctl"):
+        return True
+    return any(_below(path, folder) for folder in config.getini("slewctl_designs"))
+
+
+def _below(path: Path, folder: Path) -> bool:
+    return path.resolve().is_relative_to(folder.resolve())
+
+
+def _is_design(path: Path) -> bool:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError):
+        return False
+    try:
+        content = tomllib.loads(text)
+    except (ValueError, RecursionError):
+        return all(table.search(text) for table in _TABLES)
+    return isinstance(content.get("arm"), dict) and isinstance(content.get("controller"), dict)

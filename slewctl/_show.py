@@ -1,0 +1,71 @@
+"""How results show themselves in a notebook: a table, a data frame, axes to draw on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from slewctl.errors import InputError
+
+# Names for annotations only: neither package is loaded before someone asks for it.
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from pandas import DataFrame
+else:
+    Axes = DataFrame = Any
+
+__all__ = ["Axes", "DataFrame", "axes_or_new", "table_html", "to_frame"]
+
+
+def table_html(rows: Sequence[Mapping[str, Any]], caption: str = "") -> str:
+    """Return rows with the same keys as an HTML table.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+    caption : str
+    """
+    if not rows:
+        return f"<p>{escape(caption)}</p>"
+    head = "".join(f"<th>{escape(key)}</th>" for key in rows[0])
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escape(_cell(value))}</td>" for value in row.values()) + "</tr>"
+        for row in rows
+    )
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    return f"<table>{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _cell(value: object) -> str:
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def to_frame(rows: Sequence[Mapping[str, Any]]) -> DataFrame:
+    """Return rows as a pandas data frame.
+
+    Raises
+    ------
+    InputError
+        If pandas is not installed.
+    """
+    try:
+        import pandas  # an option: nothing else here needs it
+    except ImportError as error:
+        raise InputError(
+            "pandas is not installed", where="to_frame", remedy="pip install pandas"
+        ) from error
+    return pandas.DataFrame([dict(row) for row in rows])
+
+
+def axes_or_new(ax: Axes | None) -> Axes:
+    """Return `ax`, or the axes of a new figure."""
+    if ax is not None:
+        return ax
+    import matplotlib.pyplot as plt  # only those who draw wait for it
+
+    return plt.subplots(layout="constrained")[1]

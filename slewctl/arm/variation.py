@@ -1,0 +1,173 @@
+"""The same arm with another payload, hub, beam or damping: what uncertainty is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.parts import Arm, Beam
+from slewctl.arm.profiles import ProfileSpec, Stations
+from slewctl.errors import InputError, check_nonnegative, check_positive, shown
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """A function of x times a factor; equal to another if both are, so that arms compare."""
+
+    function: Callable[[Array], Array]
+    factor: float
+
+    def __call__(self, x: Array) -> Array:
+        return np.asarray(self.factor * np.asarray(self.function(x)))
+
+
+def vary(
+    arm: Arm,
+    *,
+    payload_mass: float | None = None,
+    payload_inertia: float | None = None,
+    hub_inertia: float | None = None,
+    hub_friction: float | None = None,
+    payload_mass_factor: float | None = None,
+    hub_inertia_factor: float | None = None,
+    stiffness_factor: float | None = None,
+    mass_factor: float | None = None,
+    damping_factor: float | None = None,
+) -> Arm:
+    """Return `arm` with some of its properties changed and everything else kept.
+
+    Parameters
+    ----------
+    arm : Arm
+    payload_mass, payload_inertia : float, optional
+        New values in kg and kg·m².
+    hub_inertia, hub_friction : float, optional
+        New values in kg·m² (without the motor's rotor) and N·m·s/rad.
+    payload_mass_factor, hub_inertia_factor : float, optional
+        Times the present payload mass, and the hub's present inertia without the rotor.
+        The payload's own inertia stays.
+    stiffness_factor, mass_factor : float, optional
+        Times EI and m̄ all along the beam, whatever kind of profile they are.
+    damping_factor : float, optional
+        Times the modal damping ratios and the coefficients of the damping law; the hub's
+        friction has its own parameter.
+
+    Returns
+    -------
+    Arm
+
+    Raises
+    ------
+    InputError
+        Naming the parameter: for a value that is not a number or negative, a factor that is
+        not positive or multiplies nothing, a damping ratio that would reach 1, or a value
+        and a factor for the same property.
+    """
+    if not isinstance(arm, Arm):
+        raise InputError(f"{shown(arm)} is not an Arm", where="vary", remedy="give a slewctl.Arm")
+    hub, payload = arm.hub, arm.payload
+    ratio, law = _damping(arm, _factor(damping_factor, "damping_factor"))
+    return replace(
+        arm,
+        beam=_beam(
+            arm.beam,
+            _factor(mass_factor, "mass_factor"),
+            _factor(stiffness_factor, "stiffness_factor"),
+        ),
+        hub=replace(
+            hub,
+            inertia=_changed(hub.inertia, hub_inertia, hub_inertia_factor, "hub_inertia"),
+            friction=_changed(hub.friction, hub_friction, None, "hub_friction"),
+        ),
+        payload=replace(
+            payload,
+            mass=_changed(payload.mass, payload_mass, payload_mass_factor, "payload_mass"),
+            inertia=_changed(payload.inertia, payload_inertia, None, "payload_inertia"),
+        ),
+        damping_ratio=ratio,
+        damping=law,
+    )
+
+
+def _factor(value: float | None, name: str) -> float:
+    return 1.0 if value is None else check_positive(value, name)
+
+
+def _changed(present: float, value: float | None, factor: float | None, name: str) -> float:
+    """Return the new value, or the present one times the factor."""
+    if value is not None and factor is not None:
+        raise InputError(
+            f"both {name} and {name}_factor are given",
+            where=f"{name}_factor",
+            remedy="keep one of them",
+        )
+    if value is not None:
+        return check_nonnegative(value, name)
+    scale = _factor(factor, f"{name}_factor")
+    if factor is not None and present == 0:
+        raise InputError(
+            f"the arm has no {name.replace('_', ' ')} to multiply",
+            where=f"{name}_factor",
+            remedy=f"give {name} itself, in SI units",
+        )
+    return present * scale
+
+
+def _beam(beam: Beam, mass_factor: float, stiffness_factor: float) -> Beam:
+    if mass_factor == stiffness_factor == 1:
+        return beam
+    return Beam(
+        beam.length,
+        _scaled(beam.mass_per_length, mass_factor),
+        _scaled(beam.bending_stiffness, stiffness_factor),
+    )
+
+
+def _scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:
+    """Return a profile times a factor, as the same kind of profile."""
+    if factor == 1:
+        return spec
+    if isinstance(spec, Stations):
+        return Stations(spec.x, tuple(factor * value for value in spec.values))
+    if isinstance(spec, _Scaled):
+        return _Scaled(spec.function, factor * spec.factor)
+    if callable(spec):
+        return _Scaled(spec, factor)
+    if isinstance(spec, Sequence):
+        return tuple(factor * value for value in spec)
+    return factor * spec
+
+
+def _damping(
+    arm: Arm, factor: float
+) -> tuple[float | Sequence[float], Rayleigh | KelvinVoigt | None]:
+    """Return the damping ratios and the damping law times the factor."""
+    ratio, law = arm.damping_ratio, arm.damping
+    if factor == 1:
+        return ratio, law
+    several = isinstance(ratio, Sequence)
+    ratios = (
+        [factor * value for value in ratio] if isinstance(ratio, Sequence) else [factor * ratio]
+    )
+    coefficients = law.coefficients if law is not None else ()
+    if not any(ratios) and not any(coefficients):
+        raise InputError(
+            "the arm has no damping to multiply",
+            where="damping_factor",
+            remedy="give the arm a damping_ratio or a damping law",
+        )
+    if max(ratios) >= 1:
+        raise InputError(
+            f"{factor:g} raises a damping ratio to {max(ratios):g}",
+            where="damping_factor",
+            remedy="keep every damping ratio below 1",
+        )
+    if isinstance(law, Rayleigh):
+        law = Rayleigh(factor * law.alpha, factor * law.beta)
+    elif isinstance(law, KelvinVoigt):
+        law = KelvinVoigt(factor * law.retardation_time)
+    return (tuple(ratios) if several else ratios[0]), law

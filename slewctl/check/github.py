@@ -1,0 +1,59 @@
+"""Results as workflow commands of GitHub Actions: an annotation at the line that failed.
+
+The format is that of "Workflow commands for GitHub Actions" in GitHub's documentation.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from slewctl.check.result import DesignResult
+from slewctl.check.words import sentence, title
+
+# GitHub shows ten errors of a step, so that the broken files come first.
+_ORDER = {"broken": 0, "failed": 1, "passed": 2, "unchanged": 2}
+
+
+def to_annotations(results: Sequence[DesignResult], root: Path) -> list[str]:
+    """Return one line for each failure and each design that could not be judged.
+
+    Parameters
+    ----------
+    results : sequence of DesignResult
+    root : Path
+        Folder of the repository; files below it are named from there.
+    """
+    lines = []
+    for result in sorted(results, key=lambda result: _ORDER[result.status]):
+        file = _relative(result.file, root)
+        if result.error:
+            lines.append(
+                _command(file, result.error_line, "slewctl: cannot be judged", result.error)
+            )
+        for found in result.failures:
+            text = f"{result.name}: {sentence(found)}"
+            lines.append(_command(file, found.line, f"slewctl: {title(found)}", text))
+    return lines
+
+
+def _relative(file: Path, root: Path) -> str:
+    """Return the path as the repository knows it, where the file lies in it."""
+    whole, folder = Path(os.path.abspath(file)), Path(os.path.abspath(root))
+    if not whole.is_relative_to(folder):
+        whole, folder = file.resolve(), root.resolve()
+    return (whole.relative_to(folder) if whole.is_relative_to(folder) else file).as_posix()
+
+
+def _command(file: str, line: int | None, title: str, message: str) -> str:
+    place = f"file={_property(file)},line={line or 1},title={_property(title)}"
+    return f"::error {place}::{_data(message)}"
+
+
+def _data(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")

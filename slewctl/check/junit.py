@@ -1,0 +1,80 @@
+"""Results as JUnit XML, which every CI system shows.
+
+One suite per design file and one case per requirement; a design that could not be judged is
+an error, an unchanged one is skipped.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from xml.etree import ElementTree as ET
+
+from slewctl.check.result import DesignResult, Finding
+from slewctl.check.words import sentence, title
+
+# What XML 1.0 cannot hold, not even escaped.
+_FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def to_junit(results: Sequence[DesignResult]) -> str:
+    """Return results as the text of a JUnit XML file."""
+    root = ET.Element("testsuites", name="slewctl check")
+    for result in results:
+        root.append(_suite(result))
+    for key in ("tests", "failures", "errors", "skipped"):
+        root.set(key, str(sum(int(suite.get(key, "0")) for suite in root)))
+    ET.indent(root, " ")
+    return ET.tostring(root, encoding="unicode", xml_declaration=False).join(
+        ('<?xml version="1.0" encoding="utf-8"?>\n', "\n")
+    )
+
+
+def _suite(result: DesignResult) -> ET.Element:
+    suite = ET.Element("testsuite", name=_clean(result.name))
+    for found in result.findings:
+        _case(suite, result, title(found), found.line, found)
+    if result.error:
+        case = _case(suite, result, "can be judged", result.error_line)
+        ET.SubElement(case, "error", message=_clean(result.error))
+    elif result.unchanged:
+        case = _case(suite, result, "unchanged", None)
+        ET.SubElement(case, "skipped", message="unchanged since the last accepted run")
+    elif not result.findings:
+        case = _case(suite, result, "can be judged", None)
+        ET.SubElement(case, "error", message="nothing was judged")
+    counts = {
+        "tests": "testcase",
+        "failures": "testcase/failure",
+        "errors": "testcase/error",
+        "skipped": "testcase/skipped",
+    }
+    for key, path in counts.items():
+        suite.set(key, str(len(suite.findall(path))))
+    suite.set("time", f"{result.seconds:.3f}")
+    return suite
+
+
+def _case(
+    suite: ET.Element,
+    result: DesignResult,
+    name: str,
+    line: int | None,
+    finding: Finding | None = None,
+) -> ET.Element:
+    case = ET.SubElement(
+        suite,
+        "testcase",
+        classname=_clean(result.name),
+        name=_clean(name),
+        file=_clean(result.file.as_posix()),
+        line=str(line or 1),
+    )
+    if finding is not None and not finding.verdict.passed:
+        text = _clean(sentence(finding))
+        ET.SubElement(case, "failure", message=text, type=finding.against).text = text
+    return case
+
+
+def _clean(text: str) -> str:
+    return _FORBIDDEN.sub("\ufffd", text)

@@ -1,0 +1,97 @@
+"""Results as a record for other programs: schema ``slewctl-check/1``.
+
+Keys are only ever added within a schema.  Infinite numbers become the strings "inf" and
+"-inf" when the record is written; missing ones are null.
+
+    schema, slewctl, status, summary, designs
+    design:   name, file, status, error, line, notes, arms
+    arm:      arm, requirements, baseline, measured
+    verdict:  requirement, passed, value, limit, sense, unit, frequency_hz, mode, line, note
+
+``status`` of the run is the exit status; that of a design is passed, failed, broken or
+unchanged.  ``measured`` holds every required quantity and all margins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+from slewctl.check.result import DesignResult, Finding, exit_status
+
+SCHEMA = "slewctl-check/1"
+
+
+def to_record(results: Sequence[DesignResult], version: str) -> dict[str, Any]:
+    """Return results as nested dictionaries, always in the same order.
+
+    Parameters
+    ----------
+    results : sequence of DesignResult
+    version : str
+        Version of slewctl.
+    """
+    status = Counter(result.status for result in results)
+    findings = [found for result in results for found in result.findings]
+    return {
+        "schema": SCHEMA,
+        "slewctl": version,
+        "status": exit_status(results),
+        "summary": {
+            "designs": len(results),
+            **{word: status[word] for word in ("passed", "failed", "broken", "unchanged")},
+            "verdicts": len(findings),
+            "verdicts_failed": sum(not found.verdict.passed for found in findings),
+        },
+        "designs": [_design(result) for result in results],
+    }
+
+
+def number(value: float | None) -> float | None:
+    """Return a value, or None for one that is missing."""
+    return None if value is None or math.isnan(value) else value
+
+
+def _design(result: DesignResult) -> dict[str, Any]:
+    arms = dict.fromkeys([*(found.arm for found in result.findings), *result.recorded])
+    return {
+        "name": result.name,
+        "file": result.file.as_posix(),
+        "status": result.status,
+        "error": result.error or None,
+        "line": result.error_line,
+        "notes": list(result.notes),
+        "arms": [_arm(result, arm) for arm in arms],
+    }
+
+
+def _arm(result: DesignResult, arm: str) -> dict[str, Any]:
+    here = [found for found in result.findings if found.arm == arm]
+    measured = result.recorded.get(arm, {})
+    return {
+        "arm": arm,
+        "requirements": [_finding(found) for found in here if found.against == "requirement"],
+        "baseline": [_finding(found) for found in here if found.against == "baseline"],
+        "measured": {
+            name: {"value": number(found.value), "frequency_hz": found.frequency_hz}
+            for name, found in measured.items()
+        },
+    }
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    verdict = finding.verdict
+    return {
+        "requirement": verdict.requirement,
+        "passed": verdict.passed,
+        "value": number(verdict.value),
+        "limit": verdict.limit,
+        "sense": verdict.sense,
+        "unit": verdict.unit,
+        "frequency_hz": verdict.frequency_hz,
+        "mode": verdict.mode,
+        "line": finding.line,
+        "note": verdict.note,
+    }

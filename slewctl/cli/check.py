@@ -1,0 +1,188 @@
+"""`slewctl check`: the gate on the command line."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import click
+
+from slewctl.check import (
+    Baseline,
+    DesignResult,
+    accept,
+    baseline_record,
+    compare_with,
+    exit_status,
+    read_baseline,
+    to_annotations,
+    to_junit,
+    to_record,
+)
+from slewctl.check.result import BAD_INPUT
+from slewctl.cli.terminal import ERR, OUT, progress, show
+from slewctl.cli.verdicts import summary, verdict_table
+from slewctl.errors import InputError, SlewctlError, check_nonnegative
+from slewctl.files import find_designs
+from slewctl.gate import check_designs, version
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+def _file(name: str, text: str) -> Callable[[F], F]:
+    """Return an option that names a file."""
+    return click.option(name, type=click.Path(path_type=Path, dir_okay=False),
+                        metavar="FILE", help=text)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """Where to write what."""
+
+    junit: Path | None
+    json: Path | None
+    baseline: Path | None
+
+    def check(self, designs: Sequence[Path]) -> None:
+        """Refuse to write one file twice, or over a design."""
+        taken = {path.resolve(): "a design" for path in designs}
+        for option, path in (
+            ("--junit", self.junit), ("--json", self.json), ("--baseline", self.baseline)
+        ):  # fmt: skip
+            if path is None:
+                continue
+            other = taken.setdefault(path.resolve(), option)
+            if other != option:
+                raise InputError(
+                    f"{option} names the same file as {other}",
+                    where=str(path),
+                    remedy="name another file",
+                )
+
+
+@click.command("check")
+@click.argument("paths", nargs=-1, required=True, type=click.Path(path_type=Path),
+                metavar="PATH...")  # fmt: skip
+@click.option("--all", "every", is_flag=True, help="Show every requirement, not the tightest.")
+@click.option("--quiet", is_flag=True, help="Print what failed, and nothing else.")
+@_file("--junit", "Write the verdicts as JUnit XML.")
+@_file("--json", "Write verdicts and measured values as JSON (schema slewctl-check/1).")
+@click.option("--github", is_flag=True,
+              help="Print failures as GitHub annotations, at the file's line.")  # fmt: skip
+@_file("--baseline", "Fail when a margin or required quantity is worse than in this file, which "
+       "holds the last accepted run.")  # fmt: skip
+@click.option("--tolerance", default=0.01, show_default=True, type=float, metavar="FRACTION",
+              help="How much worse than the baseline is allowed, relative.")  # fmt: skip
+@click.option("--update-baseline", is_flag=True,
+              help="Accept this run: write what passed to the --baseline file instead of "
+              "comparing with it.")  # fmt: skip
+@click.option("--changed-only", is_flag=True,
+              help="Skip designs that the --baseline file accepted and that did not change: same "
+              "text, same slewctl, same numerical packages.")  # fmt: skip
+@click.pass_context
+def check_command(
+    context: click.Context,
+    paths: tuple[Path, ...],
+    every: bool,
+    quiet: bool,
+    junit: Path | None,
+    json: Path | None,
+    github: bool,
+    baseline: Path | None,
+    tolerance: float,
+    update_baseline: bool,
+    changed_only: bool,
+) -> None:
+    """Check the requirements of the designs in PATH (TOML files or folders of them).
+
+    Each controller is designed as its file says and judged on the converged truth of its arm
+    and of the arm's named variations.
+
+    \b
+    Exit status:
+      0  all requirements hold, and nothing is worse than in the baseline
+      1  a requirement failed, or a quantity is worse than in the baseline
+      2  bad input: a design that cannot be judged (the others are judged all the
+         same), a missing or corrupt baseline, a file that cannot be written
+    """
+    if baseline is None and (update_baseline or changed_only):
+        option = "--update-baseline" if update_baseline else "--changed-only"
+        raise click.UsageError(f"{option} needs --baseline FILE")
+    check_nonnegative(tolerance, "--tolerance")
+    outputs = _Outputs(junit, json, baseline)
+    designs = find_designs(paths)
+    outputs.check(designs)
+    before = read_baseline(baseline, may_be_missing=update_baseline) if baseline else None
+    with progress(len(designs)) as step:
+        results = check_designs(paths, step, before if changed_only else None)
+    if before is not None and not update_baseline:
+        results = tuple(compare_with(before, result, tolerance) for result in results)
+    # Files first: whoever reads the table may stop reading.
+    written, notes = _write(outputs, results, before if update_baseline else None)
+    _print(results, every=every, quiet=quiet, github=github)
+    if not quiet:
+        for note in notes:
+            OUT.print(f"baseline: {note}", soft_wrap=True)
+    context.exit(exit_status(results) if written else BAD_INPUT)
+
+
+def _print(results: Sequence[DesignResult], *, every: bool, quiet: bool, github: bool) -> None:
+    table = verdict_table(results, every=every, failures=quiet)
+    if table is not None:
+        show(table)
+    if not quiet:
+        for result in results:
+            for note in result.notes:
+                OUT.print(f"{result.name}: {note}", soft_wrap=True)
+    if not quiet or exit_status(results):
+        OUT.print(summary(results, every=every))
+    for result in results:
+        if result.error:
+            ERR.print(f"slewctl: {result.error}", soft_wrap=True)
+    if github:
+        root = Path(os.environ.get("GITHUB_WORKSPACE") or ".")
+        for line in to_annotations(results, root):
+            OUT.print(line, soft_wrap=True)
+
+
+def _write(
+    outputs: _Outputs, results: Sequence[DesignResult], before: Baseline | None
+) -> tuple[bool, list[str]]:
+    """Write the files asked for; return whether all could be, and what the baseline took."""
+    # Loads what draws the reports, which a run without files need not wait for.
+    from slewctl.report.export import json_text
+
+    written = True
+    if outputs.junit:
+        written &= _written(outputs.junit, to_junit(results))
+    if outputs.json:
+        written &= _written(outputs.json, json_text(to_record(results, version())))
+    if before is None:
+        return written, []
+    after, notes = accept(before, results)
+    if not _written(after.path, json_text(baseline_record(after))):
+        return False, []
+    return written, [*notes, f"{len(after.designs)} accepted, written to {after.path}"]
+
+
+def _written(path: Path, text: str) -> bool:
+    """Write one file whole; say on the error stream why it could not be."""
+    from slewctl.report.export import write_files
+
+    # A link is followed, not replaced by a file.
+    target = path.resolve()
+    try:
+        if target.exists() and not target.is_file():
+            raise InputError(
+                "cannot be written: not an ordinary file", remedy="name an ordinary file"
+            )
+        # A file name that is no UTF-8 is written with its bytes escaped.
+        whole = text.encode("utf-8", "backslashreplace").decode("utf-8")
+        write_files(target.parent, {target.name: whole})
+    except SlewctlError as error:
+        ERR.print(f"slewctl: {path}: {error}", soft_wrap=True)
+        return False
+    return True

@@ -1,0 +1,215 @@
+"""Which basis, how many functions and how fast a controller: a small study of one's own arm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from html import escape
+from typing import Any
+
+from slewctl._show import DataFrame, table_html, to_frame
+from slewctl.arm import Arm
+from slewctl.compare.answer import GOOD, stable
+from slewctl.compare.grid import omega_of
+from slewctl.compare.points import place_of
+from slewctl.errors import DesignError
+from slewctl.model import beam_inertia
+
+BANDWIDTHS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5)
+ORDERS = (1, 2, 3, 4, 5, 6)
+# Simplest first: of two bases that do equally well the simpler one is recommended.
+BASES = ("clamped-free", "slewing", "hub-matched", "arm-matched")
+# Classical rules of thumb for a loop that someone will run.
+LEAST_GAIN_DB = 6.0
+LEAST_PHASE_DEG = 30.0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """LQG on n functions of a basis at one bandwidth, judged on the truth.
+
+    Attributes
+    ----------
+    basis : str
+    n : int
+    bandwidth : float
+        ω_c over the first flexible frequency.
+    bandwidth_hz : float
+    stable : bool
+        On the truth and on one of twice the modes.
+    loss, gain_margin_db, phase_margin_deg : float or None
+    accepted : bool
+        Stable, at most 5 % lost, at least 6 dB and 30°.
+    """
+
+    basis: str
+    n: int
+    bandwidth: float
+    bandwidth_hz: float
+    stable: bool
+    loss: float | None
+    gain_margin_db: float | None
+    phase_margin_deg: float | None
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """What to pick for an arm, with the evidence.
+
+    Attributes
+    ----------
+    arm : str
+    hub_ratio : float
+        Hub inertia over the beam's about the axis.
+    sensors : tuple of str
+    basis : str
+    n : int
+    bandwidth_hz : float
+        Up to here every slower design tried on that basis and n was accepted as well.
+    trials : tuple of Trial
+    """
+
+    arm: str
+    hub_ratio: float
+    sensors: tuple[str, ...]
+    basis: str
+    n: int
+    bandwidth_hz: float
+    trials: tuple[Trial, ...]
+
+    def __str__(self) -> str:
+        return (
+            f"{self.arm} (hub inertia {self.hub_ratio:.3g} of the beam's, measuring "
+            f"{', '.join(self.sensors)}): take the {self.basis} basis with n = {self.n}, and a "
+            f"bandwidth of at most {self.bandwidth_hz:.3g} Hz.  Up to there LQG designs are "
+            f"stable on the converged arm, lose at most {GOOD:.0%} of the optimal cost and keep "
+            f"{LEAST_GAIN_DB:g} dB and {LEAST_PHASE_DEG:g} deg."
+        )
+
+    def _repr_html_(self) -> str:
+        orders = sorted({trial.n for trial in self.trials})
+        limits = [
+            {"basis": basis, **{f"n = {n}": self.limit(basis, n) or None for n in orders}}
+            for basis in dict.fromkeys(trial.basis for trial in self.trials)
+        ]
+        return f"<p>{escape(str(self))}</p>" + table_html(limits, "bandwidth limit in Hz")
+
+    def to_frame(self) -> DataFrame:
+        """Return the trials as a pandas data frame."""
+        return to_frame([asdict(trial) for trial in self.trials])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as JSON knows it; infinite margins are None."""
+        return {
+            **asdict(self),
+            "trials": [
+                {k: None if v == math.inf else v for k, v in asdict(trial).items()}
+                for trial in self.trials
+            ],
+        }
+
+    def limit(self, basis: str, n: int) -> float:
+        """Return the bandwidth in Hz up to which a basis and n are good; zero for none."""
+        return _limit([t for t in self.trials if (t.basis, t.n) == (basis, n)])
+
+
+def count_trials(bases: Sequence[str] = BASES) -> int:
+    """Return how many times `recommend` calls `progress`."""
+    return len(bases) * len(ORDERS) * len(BANDWIDTHS)
+
+
+def recommend(
+    arm: Arm,
+    sensors: Sequence[str] = ("theta", "theta_dot"),
+    *,
+    truth_modes: int = 20,
+    progress: Callable[[str], None] | None = None,
+) -> Recommendation:
+    """Return basis, number of functions and bandwidth limit for an arm, found by trying.
+
+    LQG designs are made on every basis, order and bandwidth, and judged on the truth.  The
+    recommendation is the largest bandwidth limit that any of them reaches, with the fewest
+    functions, and of equals the simplest basis.
+
+    Parameters
+    ----------
+    arm : Arm
+    sensors : sequence of str
+        Of ``theta``, ``theta_dot``, ``tip`` and ``tip_deflection``.
+    truth_modes : int
+    progress : callable, optional
+
+    Raises
+    ------
+    DesignError
+        If no design is acceptable at any bandwidth; the message says what came closest.
+    """
+    trials = []
+    for bandwidth in BANDWIDTHS:
+        place = place_of(arm, bandwidth, tuple(sensors), truth_modes)
+        hertz = omega_of(arm, bandwidth) / (2 * math.pi)
+        for basis in BASES:
+            for n in ORDERS:
+                if progress:
+                    progress(f"{basis}, n = {n}, {hertz:.3g} Hz")
+                trials.append(_trial(basis, n, bandwidth, hertz, place.row(basis, n, "lqg")))
+    ranked = sorted(
+        ((basis, n) for n in ORDERS for basis in BASES),
+        key=lambda pair: -_limit([t for t in trials if (t.basis, t.n) == pair]),
+    )
+    basis, n = ranked[0]
+    limit = _limit([t for t in trials if (t.basis, t.n) == (basis, n)])
+    if limit == 0:
+        raise _nothing_found(arm, trials)
+    ratio = arm.hub_inertia / beam_inertia(arm)
+    return Recommendation(arm.name, ratio, tuple(sensors), basis, n, limit, tuple(trials))
+
+
+def _trial(basis: str, n: int, bandwidth: float, hertz: float, row: dict[str, Any]) -> Trial:
+    holds = row["outcome"] != "no design" and stable(row)
+    accepted = bool(
+        holds
+        and row["loss"] <= GOOD
+        and row["gain_margin_db"] >= LEAST_GAIN_DB
+        and row["phase_margin_deg"] >= LEAST_PHASE_DEG
+    )
+    return Trial(
+        basis,
+        n,
+        bandwidth,
+        hertz,
+        holds,
+        row.get("loss"),
+        row.get("gain_margin_db"),
+        row.get("phase_margin_deg"),
+        accepted,
+    )
+
+
+def _limit(trials: Sequence[Trial]) -> float:
+    """Return the largest bandwidth below which every trial was accepted."""
+    limit = 0.0
+    for trial in sorted(trials, key=lambda t: t.bandwidth):
+        if not trial.accepted:
+            break
+        limit = trial.bandwidth_hz
+    return limit
+
+
+def _nothing_found(arm: Arm, trials: Sequence[Trial]) -> DesignError:
+    holding = [t for t in trials if t.stable and t.loss is not None]
+    closest = min(holding, key=lambda t: t.loss or 0.0, default=None)
+    near = (
+        f"; the closest is {closest.basis}, n = {closest.n} at {closest.bandwidth_hz:.3g} Hz, "
+        f"which loses {closest.loss:.0%} with {closest.phase_margin_deg:.0f} deg"
+        if closest
+        else ""
+    )
+    return DesignError(
+        f"no design for {arm.name} is stable with {LEAST_GAIN_DB:g} dB, {LEAST_PHASE_DEG:g} deg "
+        f"and at most {GOOD:.0%} of the optimal cost lost{near}",
+        where="recommend",
+        remedy="add a sensor, or give the arm the hub inertia that it has",
+    )

@@ -1,0 +1,251 @@
+"""The grid of a study: dimensionless settings of one arm, and the designs tried at each.
+
+The hub's inertia is given over the beam's own about the axis, the payload's mass over the
+beam's, and the controller's bandwidth over the arm's first flexible frequency, so that a
+study of one arm speaks for every arm of the same shape.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import astuple, dataclass, replace
+
+from slewctl.arm import Arm, Payload
+from slewctl.basis import NAMES
+from slewctl.design import METHODS
+from slewctl.errors import (
+    InputError,
+    check_choice,
+    check_count,
+    check_nonnegative,
+    check_positive,
+    shown,
+)
+from slewctl.loop import Slew
+from slewctl.model import beam_inertia, beam_mass, total_inertia, truth
+from slewctl.plant import Objective
+
+# The Kalman filter of the rigid arm is this many times faster than its regulator.
+OBSERVER_SPEED = 2.0
+# The largest acceptable tip error over the reach; only its ratio to the torque matters.
+_TIP = 0.05
+_ANGLE_DEG = 30.0
+# Enough to know the first of them.
+_FEW_MODES = 10
+# Methods that are tuned by a bandwidth of their own instead of by limits and noises.
+_TUNED = ("pole-placement", "pd-notch", "positive-position", "lead")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """An arm and what is asked of its controller, dimensionless.
+
+    Parameters
+    ----------
+    hub_ratio : float
+        Hub inertia over the beam's about the axis.
+    payload_ratio : float
+        Payload mass over the beam's.
+    damping_ratio : float
+        Of every flexible mode.
+    bandwidth : float
+        ω_c/ω₁: bandwidth of the rigid arm under LQR over the first flexible frequency.
+    sensors : tuple of str
+    """
+
+    hub_ratio: float
+    payload_ratio: float
+    damping_ratio: float
+    bandwidth: float
+    sensors: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Point:
+    """One design at one setting."""
+
+    setting: Setting
+    basis: str
+    n: int
+    method: str
+
+    @property
+    def key(self) -> str:
+        """A name that sorts by setting first."""
+        s = self.setting
+        numbers = (s.hub_ratio, s.payload_ratio, s.damping_ratio, s.bandwidth)
+        words = (*(f"{x:.6g}" for x in numbers), "+".join(s.sensors), self.method, self.basis)
+        return "|".join((*words, f"{self.n:03d}"))
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All combinations of some values of each axis.
+
+    Parameters
+    ----------
+    bases, methods : tuple of str
+    orders : tuple of int
+    hub_ratios, payload_ratios, damping_ratios, bandwidths : tuple of float
+    sensors : tuple of tuple of str
+
+    Raises
+    ------
+    InputError
+        For an empty axis, an unknown name or an impossible value.
+    """
+
+    bases: tuple[str, ...] = ("clamped-free", "slewing", "hub-matched", "arm-matched")
+    orders: tuple[int, ...] = (1, 2, 3, 4, 5, 6, 7, 8)
+    methods: tuple[str, ...] = ("lqg",)
+    hub_ratios: tuple[float, ...] = (0.0, 0.1, 1.0, 10.0)
+    payload_ratios: tuple[float, ...] = (0.0,)
+    damping_ratios: tuple[float, ...] = (0.005,)
+    bandwidths: tuple[float, ...] = (0.3,)
+    sensors: tuple[tuple[str, ...], ...] = (("theta", "theta_dot"),)
+
+    def __post_init__(self) -> None:
+        for axis in self.__dataclass_fields__:
+            values = getattr(self, axis)
+            if isinstance(values, str) or not isinstance(values, Sequence) or not len(values):
+                raise InputError(
+                    f"{shown(values)} is not a list of values", where=axis, remedy="give a list"
+                )
+            object.__setattr__(self, axis, tuple(values))
+        for basis in self.bases:
+            check_choice(basis, NAMES, "bases")
+        for method in self.methods:
+            check_choice(method, METHODS, "methods")
+        for n in self.orders:
+            check_count(n, "orders")
+        _numbers(self, ("hub_ratios", "payload_ratios", "damping_ratios"), check_nonnegative)
+        _numbers(self, ("bandwidths",), check_positive)
+        object.__setattr__(self, "sensors", tuple(tuple(names) for names in self.sensors))
+
+    def points(self) -> Iterator[Point]:
+        """Yield every point, those of one setting together."""
+        settings = itertools.product(
+            self.hub_ratios,
+            self.payload_ratios,
+            self.damping_ratios,
+            self.bandwidths,
+            self.sensors,
+        )
+        for values in settings:
+            for method, basis, n in itertools.product(self.methods, self.bases, self.orders):
+                yield Point(Setting(*values), basis, n, method)
+
+    def __len__(self) -> int:
+        return math.prod(len(values) for values in astuple(self))
+
+
+def _numbers(grid: Grid, axes: Sequence[str], check: object) -> None:
+    for axis in axes:
+        values = tuple(check(value, axis) for value in getattr(grid, axis))  # type: ignore[operator]
+        object.__setattr__(grid, axis, values)
+
+
+@dataclass(frozen=True)
+class Study:
+    """A question asked of one arm over a few grids.
+
+    Parameters
+    ----------
+    name, title : str
+    arm : Arm
+        Its hub inertia, payload and damping are replaced at every setting.
+    grids : tuple of Grid
+        A point that several of them hold is tried once.
+    truth_modes : int
+        Flexible modes of the truth; every verdict on stability is repeated on twice as many.
+    """
+
+    name: str
+    title: str
+    arm: Arm
+    grids: tuple[Grid, ...]
+    truth_modes: int = 20
+
+    def __post_init__(self) -> None:
+        check_count(self.truth_modes, "truth.modes")
+        largest = max(max(grid.orders) for grid in self.grids)
+        if self.truth_modes < 2 * largest:
+            raise InputError(
+                f"a truth of {self.truth_modes} modes cannot judge {largest} functions",
+                where="truth.modes",
+                remedy=f"keep at least {2 * largest}",
+            )
+
+    def points(self) -> Iterator[Point]:
+        """Yield every point once."""
+        seen: set[str] = set()
+        for grid in self.grids:
+            for point in grid.points():
+                if point.key not in seen:
+                    seen.add(point.key)
+                    yield point
+
+
+def count_points(study: Study) -> int:
+    """Return how many points a study has."""
+    return sum(1 for _ in study.points())
+
+
+def arm_of(base: Arm, setting: Setting) -> Arm:
+    """Return the arm of a setting: the base's beam with the hub and payload wanted."""
+    hub = replace(base.hub, inertia=setting.hub_ratio * beam_inertia(base))
+    payload = Payload(setting.payload_ratio * beam_mass(base), base.payload.inertia)
+    return Arm(base.beam, hub, payload, damping_ratio=setting.damping_ratio, name=base.name)
+
+
+def objective_of(arm: Arm, bandwidth: float, sensors: Sequence[str]) -> Objective:
+    """Return limits and noises that give the rigid arm the bandwidth wanted.
+
+    For J θ̈ = τ with limits y on the tip and u on the torque, LQR has the bandwidth
+    ω_c² = u (r + L)/(y J), and for torque noise w and angle noise v the Kalman filter has
+    ω_f² = w/(J v).
+
+    Parameters
+    ----------
+    arm : Arm
+    bandwidth : float
+        ω_c over the first flexible frequency.
+    sensors : sequence of str
+    """
+    reach = arm.hub.radius + arm.beam.length
+    inertia, omega = total_inertia(arm), omega_of(arm, bandwidth)
+    tip = _TIP * reach
+    torque = tip / reach * inertia * omega**2
+    angle_noise = 1.0 / (inertia * (OBSERVER_SPEED * omega) ** 2)
+    readings = {
+        "theta": angle_noise,
+        "theta_dot": angle_noise * OBSERVER_SPEED * omega,
+        "tip": angle_noise * reach,
+        "tip_deflection": angle_noise * reach,
+    }
+    for name in sensors:
+        check_choice(name, readings, "sensors")
+    noise = {name: readings[name] for name in sensors}
+    return Objective({"tip": tip, "torque": torque}, {"torque": 1.0, **noise})
+
+
+def omega_of(arm: Arm, bandwidth: float) -> float:
+    """Return ω_c in rad/s."""
+    return bandwidth * float(truth(arm, _FEW_MODES).omega[0])
+
+
+def slew_of(arm: Arm, bandwidth: float) -> Slew:
+    """Return a slew of one period of the bandwidth."""
+    return Slew(_ANGLE_DEG, 2 * math.pi / omega_of(arm, bandwidth))
+
+
+def options_of(method: str, arm: Arm, bandwidth: float) -> dict[str, object]:
+    """Return the options that give a method the bandwidth wanted."""
+    if method not in _TUNED:
+        return {}
+    options: dict[str, object] = {"bandwidth_hz": omega_of(arm, bandwidth) / (2 * math.pi)}
+    if method == "pole-placement":
+        options["observer_speed"] = OBSERVER_SPEED
+    return options

@@ -1,0 +1,154 @@
+"""The result of a study: its rows, its answer, and the slices that maps are drawn of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
+from slewctl._types import Array
+from slewctl.compare.answer import SIMPLEST_FIRST, Answer, Row, Share, answer, share, stable
+from slewctl.compare.grid import Study
+
+# An optimum that moves by more with the modes of the truth is no yardstick.
+_DRIFT = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class StudySlice:
+    """Designs that differ in basis, order and hub inertia only.
+
+    Attributes
+    ----------
+    title : str
+        What they have in common.
+    rows : sequence of mapping
+    """
+
+    title: str
+    rows: Sequence[Row]
+
+    @property
+    def bases(self) -> list[str]:
+        """Bases, the simplest first."""
+        return sorted({row["basis"] for row in self.rows}, key=SIMPLEST_FIRST.index)
+
+    @property
+    def orders(self) -> list[int]:
+        """Numbers of functions, increasing."""
+        return sorted({row["n"] for row in self.rows})
+
+    @property
+    def hub_ratios(self) -> list[float]:
+        """Hub inertias over the beam's, increasing."""
+        return sorted({row["hub_ratio"] for row in self.rows})
+
+    @property
+    def drifting(self) -> list[float]:
+        """Hub ratios at which the optimum still moves with the modes of the truth."""
+        moving = {r["hub_ratio"] for r in self.rows if abs(r["optimum_drift"] or 0.0) > _DRIFT}
+        return sorted(moving)
+
+    def plot(self, basis: str, ax: Axes | None = None) -> Axes:
+        """Draw the loss of one basis against the hub inertia, a line for each order.
+
+        Parameters
+        ----------
+        basis : str
+        ax : matplotlib Axes, optional
+            By default those of a new figure.
+
+        Returns
+        -------
+        Axes
+            An unstable design is a gap in its line.
+        """
+        ax = axes_or_new(ax)
+        for n, losses in zip(self.orders, self.losses(basis), strict=True):
+            ax.plot(self.hub_ratios, np.where(np.isfinite(losses), losses, np.nan), "o-",
+                    label=f"n = {n}")  # fmt: skip
+        ax.set_xscale("symlog", linthresh=1e-2)
+        ax.set_yscale("log")
+        ax.set_xlabel("hub inertia over the beam's")
+        ax.set_ylabel("loss of the optimal cost")
+        ax.set_title(basis)
+        ax.legend()
+        return ax
+
+    def losses(self, basis: str) -> Array:
+        """Return the loss, shape (orders, hub_ratios).
+
+        Infinite where the loop is unstable, NaN where there is no design.
+        """
+        found = np.full((len(self.orders), len(self.hub_ratios)), math.nan)
+        for row in self.rows:
+            if row["basis"] == basis and row["outcome"] != "no design":
+                place = self.orders.index(row["n"]), self.hub_ratios.index(row["hub_ratio"])
+                found[place] = row["loss"] if stable(row) else math.inf
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class StudyResult:
+    """A study with the row of every design; see `slewctl.compare.evaluate_point` for its keys."""
+
+    study: Study
+    rows: Sequence[Row]
+
+    def _repr_html_(self) -> str:
+        counts = [
+            {
+                "method": method,
+                "basis": each.basis,
+                "designs": each.designs,
+                "stable": each.stable,
+                "at most 5 % lost": each.good,
+            }
+            for method, each in self.shares
+        ]
+        return table_html(counts, " ".join(self.answer.sentences))
+
+    def to_frame(self) -> DataFrame:
+        """Return the rows as a pandas data frame, one design a row."""
+        return to_frame(self.rows)
+
+    @cached_property
+    def answer(self) -> Answer:
+        """Three sentences and what they were counted from."""
+        return answer(self.rows)
+
+    @property
+    def refused(self) -> int:
+        """How many designs could not be made."""
+        return sum(row["outcome"] == "no design" for row in self.rows)
+
+    @cached_property
+    def shares(self) -> tuple[tuple[str, Share], ...]:
+        """How often each basis is good, by method."""
+        made = [row for row in self.rows if row["outcome"] != "no design"]
+        kinds = dict.fromkeys((row["method"], row["basis"]) for row in made)
+        return tuple(
+            (method, share([row for row in made if row["method"] == method], basis))
+            for method, basis in kinds
+        )
+
+    @cached_property
+    def slices(self) -> tuple[StudySlice, ...]:
+        """Every combination of the other axes that spans hub inertias and orders."""
+        parts: dict[str, list[Row]] = {}
+        for row in self.rows:
+            parts.setdefault(_title(row), []).append(row)
+        slices = (StudySlice(title, rows) for title, rows in parts.items())
+        return tuple(s for s in slices if len(s.hub_ratios) > 1 and len(s.orders) > 1)
+
+
+def _title(row: Row) -> str:
+    return (
+        f"{row['method']} from {row['sensors'].replace('+', ', ')}; payload "
+        f"{row['payload_ratio']:g} of the beam's mass, damping ratio {row['damping_ratio']:g}, "
+        f"bandwidth {row['bandwidth']:g} of the first flexible frequency"
+    )

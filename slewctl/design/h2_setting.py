@@ -1,0 +1,168 @@
+"""What every H2 synthesis starts from and ends with: checks, scaling, the Riccati optimum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import control
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.design.lqg import observer_feedback, observer_reference, optimal_cost
+from slewctl.design.lqr import check_assumptions, kalman, lqr
+from slewctl.design.reference import Reference
+from slewctl.design.result import Check, Controller, Guarantee, finished
+from slewctl.design.scaling import ScaledPlant, scaled
+from slewctl.errors import DesignError
+from slewctl.linalg import RiccatiSolution, h2_cost
+from slewctl.plant import GeneralisedPlant
+
+# A result whose recomputed cost lies further above the optimum is not called optimal.
+GAP = 1e-6
+ASSUMPTIONS = (
+    "w is white noise of unit density; torque noise and sensor noise are independent",
+    "the outputs and the actuator are penalised apart (D12ᵀC1 = 0, B1 D21ᵀ = 0)",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class H2Setting:
+    """A plant, scaled, and a twin of it in which results are recomputed.
+
+    Attributes
+    ----------
+    plant : GeneralisedPlant
+        As it was given.
+    scaled : ScaledPlant
+    twin : GeneralisedPlant
+        The same plant in modal states: itself if it has them, else in energy states.
+    twin_scaled : ScaledPlant
+        Takes gains to the twin's states.
+    """
+
+    plant: GeneralisedPlant
+    scaled: ScaledPlant
+    twin: GeneralisedPlant
+    twin_scaled: ScaledPlant
+
+    def riccati(self) -> tuple[RiccatiSolution, RiccatiSolution]:
+        """Return regulator and filter of the twin by Riccati equations."""
+        return lqr(self.twin), kalman(self.twin)
+
+    def twin_state_feedback(self, K: Array) -> Array:
+        """Return a state feedback of the plant as one of the twin."""
+        return K if self.twin is self.plant else K @ self.scaled.state
+
+    def cost(self, system: control.StateSpace) -> float:
+        """Return the squared H2 norm with a controller; infinite if the loop is not stable."""
+        closed = self.twin.close(system)
+        return stable_cost(*(np.asarray(getattr(closed, name)) for name in "ABC"))
+
+
+def h2_setting(plant: GeneralisedPlant) -> H2Setting:
+    """Return a plant with its scaling.
+
+    Raises
+    ------
+    DesignError
+        If a mode is not penalised, not seen or not reached, if the torque has no penalty or a
+        sensor no noise, or if cost or noise have cross terms.
+    AccuracyError
+        If the modes of a plant in raw coordinates cannot be told apart.
+    """
+    energy = scaled(plant)
+    _refuse_cross_terms(energy)
+    twin, twin_scaled = (plant, energy) if energy.diagonal else energy.energy_plant(plant)
+    check_assumptions(twin)
+    return H2Setting(plant, energy, twin, twin_scaled)
+
+
+def stable_cost(A: Array, B: Array, C: Array) -> float:
+    """Return ‖C(sI − A)⁻¹B‖₂², infinite if A is not stable."""
+    stable = np.linalg.eigvals(A).real.max() < 0
+    return h2_cost(A, B, C).value if stable else np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Realised:
+    """A controller of the twin.
+
+    Attributes
+    ----------
+    system : control.StateSpace
+    reference : Reference or None
+        How the reference angle enters, if it is known.
+    note : str
+        How it was made, in words.
+    """
+
+    system: control.StateSpace
+    reference: Reference | None
+    note: str
+
+
+def observer(setting: H2Setting, F: Array, L: Array) -> Realised:
+    """Return the observer feedback u_s = −F x̂_s, x̂_s corrected by L."""
+    K, Kf = setting.twin_scaled.state_feedback(F), setting.twin_scaled.observer_gain(L)
+    return Realised(
+        observer_feedback(setting.twin, K, Kf, "h2_lmi"),
+        observer_reference(setting.twin, K),
+        "u = −K(x̂ − x_ref), x̂ from an observer on the sensors, driven by u",
+    )
+
+
+def finished_h2(
+    setting: H2Setting,
+    made: Realised,
+    gains: tuple[Array, Array],
+    *,
+    said: str,
+    bound: float,
+    sense: Literal["at least", "at most"],
+    seconds: Mapping[str, float],
+) -> Controller:
+    """Return a controller with its gap to the Riccati optimum among the checks.
+
+    Parameters
+    ----------
+    setting : H2Setting
+    made : Realised
+    gains : tuple of ndarray
+        Scaled state feedback F and observer gain L.
+    said : str
+        What the solver said; it is reported and not believed.
+    bound, sense : float, {"at least", "at most"}
+        The inequalities' own bound on the cost, shown beside what is achieved.
+    seconds : mapping of str to float
+    """
+    optimum = optimal_cost(setting.twin, *setting.riccati())
+    cost = setting.cost(made.system)
+    F, L = gains
+    return finished(
+        setting.twin,
+        made.system,
+        "h2-lmi",
+        {
+            "state_feedback": setting.scaled.state_feedback(F),
+            "observer": setting.scaled.observer_gain(L),
+        },
+        checks=(Check(f"cost over the Riccati optimum ({said})", abs(cost / optimum - 1), GAP),),
+        assumptions=(made.note, *ASSUMPTIONS),
+        guarantees=(Guarantee("H2 cost by the inequalities", bound, cost, sense),),
+        seconds=seconds,
+        reference=made.reference,
+    )
+
+
+def _refuse_cross_terms(energy: ScaledPlant) -> None:
+    """Refuse what neither the separated inequalities nor the Riccati equations account for."""
+    cost = np.abs(energy.D12.T @ energy.C1).max(initial=0.0)
+    noise = np.abs(energy.B1 @ energy.D21.T).max(initial=0.0)
+    if cost > 1e-9 * np.linalg.norm(energy.C1) or noise > 1e-9 * np.linalg.norm(energy.B1):
+        raise DesignError(
+            "the plant has cross terms between outputs and actuator, or between noises",
+            where="h2_lmi",
+            remedy="give outputs and actuator rows of z of their own, and each noise its own w",
+        )

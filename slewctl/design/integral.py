@@ -1,0 +1,129 @@
+"""LQG with integral action: the measured hub angle is integrated and fed back too.
+
+The plant is augmented by σ' = θ + its sensor's noise, which the controller knows exactly,
+since it integrates the measurement itself.  Separation therefore holds: the state feedback
+of the augmented plant acts on [x̂; σ], with the same Kalman filter as without σ, and is
+optimal for the mean of zᵀz + (σ / limit)².
+"""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import control
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.design.lqr import check_assumptions, kalman
+from slewctl.design.reference import Reference, at_rest
+from slewctl.design.result import Check, Controller, finished
+from slewctl.errors import InputError
+from slewctl.linalg import RiccatiSolution, h2_cost, solve_riccati
+from slewctl.plant import GeneralisedPlant
+
+INTEGRAL_STATE = "theta_integral"
+
+
+def angle_sensor(plant: GeneralisedPlant) -> int:
+    """Return the place of ``theta`` among the sensors; refuse a plant that has none."""
+    if "theta" not in plant.sensors:
+        raise InputError(
+            "the hub angle is not measured, so its error cannot be integrated",
+            where="integral_limit",
+            remedy="add the sensor noise.theta, or leave the integral out",
+        )
+    return plant.sensors.index("theta")
+
+
+def integral_lqg(plant: GeneralisedPlant, limit: float) -> Controller:
+    """Return the LQG controller with integral action; see `slewctl.lqg`."""
+    angle = angle_sensor(plant)
+    check_assumptions(plant)
+    start = perf_counter()
+    regulator = _regulator(plant, angle, limit)
+    observer = kalman(plant)
+    solved = perf_counter()
+    n = len(plant.A)
+    K, Ki, Kf = regulator.gain[:, :n], regulator.gain[:, n:], observer.gain.T
+    system = _system(plant, K, Ki, Kf, angle)
+    reference = _reference(plant, K)
+    built = perf_counter()
+    expected = _expected(plant, regulator, observer, angle)
+    achieved = _achieved(plant, system, limit)
+    return finished(
+        plant,
+        system,
+        "lqg",
+        {"state_feedback": K, "integral": Ki, "observer": Kf},
+        checks=(
+            Check("Riccati residual, control", regulator.residual, 1e-10),
+            Check("Riccati residual, filter", observer.residual, 1e-10),
+            Check("cost with integral, Lyapunov against Riccati", abs(achieved / expected - 1),
+                  1e-9),
+        ),
+        assumptions=(
+            "u = −K(x̂ − x_ref) − K_i σ, σ the integral of the measured theta − theta_ref",
+            "x̂ from a stationary Kalman filter on the sensors, driven by u",
+            "white torque noise and white sensor noise of the objective's densities, independent",
+            f"optimal for the mean of z² + (σ / {limit:g} rad·s)²",
+        ),
+        seconds={"solve": solved - start, "build": built - solved},
+        reference=reference,
+    )  # fmt: skip
+
+
+def _regulator(plant: GeneralisedPlant, angle: int, limit: float) -> RiccatiSolution:
+    n = len(plant.A)
+    A = np.zeros((n + 1, n + 1))
+    A[:n, :n], A[n, :n] = plant.A, plant.C2[angle]
+    Q = np.zeros((n + 1, n + 1))
+    Q[:n, :n], Q[n, n] = plant.C1.T @ plant.C1, limit**-2
+    return solve_riccati(A, np.vstack([plant.B2, [[0.0]]]), Q, plant.D12.T @ plant.D12)
+
+
+def _system(
+    plant: GeneralisedPlant, K: Array, Ki: Array, Kf: Array, angle: int
+) -> control.StateSpace:
+    n, sensors = len(plant.A), list(plant.sensors)
+    A = np.zeros((n + 1, n + 1))
+    A[:n] = np.hstack([plant.A - plant.B2 @ K - Kf @ plant.C2, -plant.B2 @ Ki])
+    return control.StateSpace(
+        A,
+        np.vstack([Kf, np.eye(len(sensors))[angle]]),
+        -np.hstack([K, Ki]),
+        np.zeros((1, len(sensors))),
+        inputs=sensors,
+        outputs=[plant.actuator],
+        states=[*(f"{s}_estimate" for s in plant.system.state_labels), INTEGRAL_STATE],
+        name="lqg",
+    )
+
+
+def _reference(plant: GeneralisedPlant, K: Array) -> Reference | None:
+    rest = at_rest(plant)
+    if rest is None:
+        return None
+    entry = K @ rest[0] + rest[1]
+    return Reference(np.vstack([plant.B2 @ entry, [[-1.0]]]), entry)
+
+
+def _expected(
+    plant: GeneralisedPlant, regulator: RiccatiSolution, observer: RiccatiSolution, angle: int
+) -> float:
+    """Return the optimal mean of zᵀz + (σ / limit)²."""
+    n = len(plant.A)
+    entering = np.vstack([plant.B1, plant.D21[angle]])
+    estimation = plant.D12 @ regulator.gain[:, :n]
+    return float(
+        np.trace(entering.T @ regulator.X @ entering)
+        + np.trace(estimation @ observer.X @ estimation.T)
+    )
+
+
+def _achieved(plant: GeneralisedPlant, system: control.StateSpace, limit: float) -> float:
+    """Return the mean of zᵀz + (σ / limit)² of the closed loop; σ is its last state."""
+    closed = plant.close(system)
+    A, B, C = (np.asarray(getattr(closed, name)) for name in "ABC")
+    integral = np.zeros((1, len(A)))
+    integral[0, -1] = 1 / limit
+    return h2_cost(A, B, np.vstack([C, integral])).value

@@ -1,0 +1,38 @@
+"""Study files: one arm and the grids of designs tried for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from slewctl.compare import Grid, Study
+from slewctl.errors import SlewctlError
+from slewctl.files.reader import arm_of_table
+from slewctl.files.refusals import validate
+from slewctl.files.schema import GridTable, StudyTable
+from slewctl.files.source import read_source
+
+
+def read_study(path: Path) -> Study:
+    """Return the study that a TOML file describes.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not TOML, or has an unknown key or an impossible
+        value; the message names file, line, key and remedy.
+    """
+    source = read_source(path)
+    try:
+        table = validate(source.content, StudyTable)
+        arm = arm_of_table(table.arm)
+        grids = tuple(_grid(place, each) for place, each in enumerate(table.grid))
+        return Study(path.stem, table.title, arm, grids, table.truth.modes)
+    except SlewctlError as error:
+        raise source.refuse(error) from error
+
+
+def _grid(place: int, table: GridTable) -> Grid:
+    try:
+        return Grid(**table.model_dump())
+    except SlewctlError as error:
+        raise error.within(f"grid.{place}", ".") from error

@@ -1,0 +1,88 @@
+"""``[variations.NAME]``: the arm with another payload, hub, beam or damping."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from slewctl.arm import Arm, vary
+from slewctl.check import NOMINAL, check_limits
+from slewctl.errors import InputError, SlewctlError, shown, suggest
+
+KEYS = tuple(
+    name
+    for name, parameter in inspect.signature(vary).parameters.items()
+    if parameter.kind is parameter.KEYWORD_ONLY
+)
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A named variation of a design's arm, with what is required on it.
+
+    Attributes
+    ----------
+    name : str
+    arm : Arm
+        The design's arm, changed.
+    requirements : mapping of str to float
+    """
+
+    name: str
+    arm: Arm
+    requirements: Mapping[str, float | bool]
+
+
+def read_variations(
+    tables: Mapping[str, Mapping[str, Any]], arm: Arm, requirements: Mapping[str, float | bool]
+) -> tuple[Variation, ...]:
+    """Return the variations that a design file describes, in its order.
+
+    Parameters
+    ----------
+    tables : mapping of str to mapping
+        By name: keyword arguments of `slewctl.arm.vary`, and the variation's own
+        ``requirements`` where it has such a table.
+    arm : Arm
+        What they change.
+    requirements : mapping of str to float
+        For those that state none.
+
+    Raises
+    ------
+    InputError
+        For a key that `vary` does not know, an impossible value, or a variation that
+        changes nothing.
+    """
+    found = []
+    for name, table in tables.items():
+        try:
+            found.append(_read(name, dict(table), arm, requirements))
+        except SlewctlError as error:
+            raise error.within(f"variations.{name}", ".") from error
+    return tuple(found)
+
+
+def _read(
+    name: str, table: dict[str, Any], arm: Arm, requirements: Mapping[str, float | bool]
+) -> Variation:
+    if name == NOMINAL or not name.isprintable() or not name.strip():
+        raise InputError(
+            f"{shown(name)} cannot name a variation",
+            remedy=f"give a name in printable characters other than {NOMINAL!r}",
+        )
+    own = table.pop("requirements", None)
+    if own is not None and not isinstance(own, Mapping):
+        raise InputError(
+            f"{shown(own)} is not allowed", where="requirements", remedy="give a table"
+        )
+    for key in table:
+        if key not in KEYS:
+            raise InputError("unknown key", where=key, remedy=suggest(key, KEYS))
+    if not table:
+        raise InputError("changes nothing", remedy=f"give at least one of {', '.join(KEYS)}")
+    limits = requirements if own is None else own
+    check_limits(limits)
+    return Variation(name, vary(arm, **table), dict(limits))

@@ -1,0 +1,142 @@
+"""Design files judged one by one, each with its variations."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
+from slewctl.check.baseline import Baseline
+from slewctl.check.requirements import Reading
+from slewctl.compare import Evaluation, Judge
+from slewctl.errors import SlewctlError
+from slewctl.files import DesignFile, find_designs, name_designs, read_design
+from slewctl.gate.fingerprint import fingerprint
+
+# What arithmetic may raise on a plant that nobody thought of.  It breaks one design, which
+# then fails the build, and must not hide the verdicts on the others.
+_BREAKDOWNS = (ArithmeticError, ValueError, np.linalg.LinAlgError, MemoryError, RecursionError)
+
+
+def check_designs(
+    paths: Iterable[Path],
+    progress: Callable[[str], None] | None = None,
+    unchanged: Baseline | None = None,
+) -> tuple[DesignResult, ...]:
+    """Return the result of every design in files and folders.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        TOML files, and folders of them.
+    progress : callable, optional
+        Called with a file's path before it is judged.
+    unchanged : Baseline, optional
+        Designs that it accepted, and that have not changed since, are not judged again.
+
+    Raises
+    ------
+    InputError
+        If a path does not exist or a folder holds no design.  A design that is broken is no
+        error here: its result says why.
+    """
+    results = []
+    for path, name in name_designs(find_designs(paths)).items():
+        if progress is not None:
+            progress(str(path))
+        results.append(check_file(path, name, unchanged))
+    return tuple(results)
+
+
+def check_file(path: Path, name: str = "", unchanged: Baseline | None = None) -> DesignResult:
+    """Return the result of one design file; a broken one says why."""
+    name = name or path.stem
+    try:
+        design = read_design(path, name)
+    except SlewctlError as error:
+        return DesignResult(name, path, error=str(error), error_line=_line_of(error, path))
+    if unchanged is not None:
+        skipped = skip_unchanged(design, unchanged)
+        if skipped is not None:
+            return skipped
+    return examine(design)
+
+
+def skip_unchanged(design: DesignFile, baseline: Baseline) -> DesignResult | None:
+    """Return the result of a design that was accepted as it is, None if it must be judged."""
+    accepted = baseline.accepted(design.path)
+    mark = fingerprint(design.source.text)
+    if accepted is None or accepted.fingerprint != mark:
+        return None
+    return DesignResult(design.case.name, design.path, fingerprint=mark, unchanged=True)
+
+
+def examine(design: DesignFile) -> DesignResult:
+    """Return the verdicts on a design, for its own arm and for each variation.
+
+    The controller is designed once, for the arm as the file describes it.
+    """
+    start = time.perf_counter()
+    judging = Judge(design.case)
+    findings: list[Finding] = []
+    recorded: dict[str, Mapping[str, Reading]] = {}
+    error, line = "", None
+    try:
+        for arm, evaluation, limits in _evaluations(design, judging):
+            findings += [
+                Finding(verdict, arm, _line(design, arm, verdict.requirement))
+                for verdict in judge(evaluation, limits)
+            ]
+            recorded[arm] = measure(evaluation, limits)
+    except SlewctlError as refused:
+        where = refused.where.removeprefix(f"{design.path}: ")
+        line = design.source.line(where)
+        place = f"{design.path}:{line}" if line else str(design.path)
+        error = str(type(refused)(refused.what, where=where, remedy=refused.remedy).within(place))
+    except _BREAKDOWNS as broken:
+        what = " ".join(f"{type(broken).__name__}: {broken}".split())
+        error = f"{design.path}: the computation broke down ({what}); change a weight or a value"
+    return DesignResult(
+        design.case.name,
+        design.path,
+        tuple(findings),
+        recorded,
+        fingerprint=fingerprint(design.source.text),
+        error=error,
+        error_line=line,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _evaluations(
+    design: DesignFile, judging: Judge
+) -> Iterable[tuple[str, Evaluation, Mapping[str, float | bool]]]:
+    """Yield each arm's name, the evaluation on it, and what is required there."""
+    yield NOMINAL, judging.evaluate(*judging.chosen).evaluation, design.requirements
+    for variation in design.variations:
+        yield variation.name, judging.vary(variation.arm), variation.requirements
+
+
+def _line(design: DesignFile, arm: str, requirement: str) -> int | None:
+    """Return the line that asks for a requirement on an arm.
+
+    A variation without requirements of its own has the common ones; what nobody wrote, such
+    as stability, stands at the head of the table.
+    """
+    lines = design.source.lines
+    table: tuple[str, ...] = ("requirements",)
+    head = table
+    if arm != NOMINAL:
+        head = ("variations", arm)
+        if (*head, "requirements") in lines:
+            table = head = (*head, "requirements")
+    return lines.get((*table, requirement)) or lines.get(head)
+
+
+def _line_of(error: SlewctlError, path: Path) -> int | None:
+    """Return the line in an error's place, which reads FILE:LINE: KEY."""
+    number = error.where.removeprefix(f"{path}:").partition(":")[0]
+    return int(number) if number.isdecimal() else None

@@ -1,0 +1,104 @@
+"""One loop broken at one point, and the closed loop it becomes with a factor in it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import control
+import numpy as np
+
+from slewctl._types import Array, ComplexArray
+from slewctl.linalg import balance
+from slewctl.loop.equivalent import Equivalent, equivalent
+from slewctl.loop.frequency import FrequencyResponse, axis_points, landmarks, sample_time
+
+
+class BrokenLoop:
+    """A return ratio L = (A, B, C, D) under negative feedback, 1 + f·L = 0 with a factor f.
+
+    The state of a sampled loop is advanced by A + I: A is kept as δ = z − 1 wants it.
+
+    Parameters
+    ----------
+    loop : control.StateSpace
+        One input and one output, continuous or sampled.
+    """
+
+    def __init__(self, loop: control.StateSpace) -> None:
+        self.system = loop
+        self.step = sample_time(loop)
+        scale = balance(np.asarray(loop.A))
+        A = np.asarray(loop.A, dtype=float) / scale[:, None] * scale
+        self.A = A - np.eye(len(A)) if self.step else A
+        self.B = np.asarray(loop.B, dtype=float) / scale[:, None]
+        self.C = np.asarray(loop.C, dtype=float) * scale
+        self.D = float(loop.D[0, 0])
+
+    @cached_property
+    def response(self) -> FrequencyResponse:
+        """L at many frequencies together."""
+        return FrequencyResponse(self.system)
+
+    @cached_property
+    def equivalent(self) -> Equivalent:
+        """The loop with its critical circle on the imaginary axis."""
+        return equivalent(self.system)
+
+    @cached_property
+    def poles(self) -> ComplexArray:
+        """Closed-loop poles, in s or in δ = z − 1."""
+        return self.closed_poles(1.0)
+
+    @cached_property
+    def known(self) -> Array:
+        """Frequencies in rad/s, not zero, of open- and closed-loop poles."""
+        found = np.concatenate([self.response.landmarks, landmarks(self.poles, self.step)])
+        found = np.unique(found[np.isfinite(found)])
+        return found[found > 1e-9 * found[-1]] if len(found) else found
+
+    @property
+    def last(self) -> float:
+        """L at infinite frequency, or at half the sampling frequency."""
+        if not self.step:
+            return self.D
+        value = complex(self.response(np.array([self.response.nyquist]))[0])
+        return float(value.real)
+
+    def closed(self, factor: complex) -> ComplexArray | Array:
+        """Return the state matrix of the loop closed with f·L."""
+        if complex(factor).imag:
+            fed = factor / (1 + factor * self.D) * (self.B @ self.C)
+            return np.asarray(self.A - fed, dtype=complex)
+        real = complex(factor).real
+        return self.A - real / (1 + real * self.D) * (self.B @ self.C)
+
+    def closed_poles(self, factor: complex) -> ComplexArray:
+        """Return the poles of the loop closed with f·L, in s or in δ = z − 1."""
+        return np.linalg.eigvals(self.closed(factor)).astype(complex)
+
+    def growth(self, poles: ComplexArray) -> Array:
+        """Return Re s, or (|z|² − 1)/2 from δ = z − 1: negative where a pole is stable."""
+        return poles.real + (np.abs(poles) ** 2 / 2 if self.step else 0.0)
+
+    def unstable(self, factor: complex) -> tuple[int, int]:
+        """Return how many poles of the loop closed with f·L are unstable: at least, at most.
+
+        What lies nearer to the limit than rounding, n·ε·‖A‖, may be either.
+        """
+        matrix = self.closed(factor)
+        growth = self.growth(np.linalg.eigvals(matrix).astype(complex))
+        # Of what was subtracted, and not of the difference; of z = 1 + δ where that is given.
+        fed = matrix - self.A
+        size = float(np.linalg.norm(self.A, 2) + np.linalg.norm(fed, 2)) if len(matrix) else 0.0
+        rounding = len(matrix) * np.finfo(float).eps * (size + (1.0 if self.step else 0.0))
+        return int(np.sum(growth > rounding)), int(np.sum(growth > -rounding))
+
+    def points(self, omega: Array) -> ComplexArray:
+        """Return s = jω, or δ = e^(jωT) − 1, for each ω in rad/s."""
+        return axis_points(omega, self.step)
+
+    def steepest(self, omega: float, factor: complex) -> complex:
+        """Return how the pole at jω moves with log f, in s or in δ: −L/L'."""
+        point = self.points(np.array([omega]))
+        with np.errstate(all="ignore"):
+            return complex((-self.response.at(point) / self.response.slope(point))[0])

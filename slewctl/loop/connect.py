@@ -1,0 +1,56 @@
+"""Closing a loop: the controller's signals are checked, and its clock decides the kind."""
+
+from __future__ import annotations
+
+import control
+
+from slewctl.design import Controller, given
+from slewctl.errors import InputError, shown
+from slewctl.loop.closed import Loop
+from slewctl.loop.sampled import SampledLoop
+from slewctl.model import Model
+from slewctl.plant import Objective
+
+
+def close(model: Model, objective: Objective, controller: Controller | control.StateSpace) -> Loop:
+    """Return the loop of `controller` around `model`, judged by `objective`.
+
+    Parameters
+    ----------
+    model : Model
+    objective : Objective
+    controller : Controller or control.StateSpace
+        A design's result, or a system of your own from the objective's sensors to its
+        actuator, by name; it is connected with a plus sign.  If it has a sample time the
+        loop is a `SampledLoop`; a computational delay can be given by `slewctl.design.given`.
+
+    Raises
+    ------
+    InputError
+        If the controller takes other sensors than the objective names, or commands another
+        actuator.
+    """
+    if isinstance(controller, control.StateSpace):
+        controller = given(controller)
+    if not isinstance(controller, Controller):
+        raise InputError(
+            f"{shown(controller)} is no controller",
+            where="close",
+            remedy="give a Controller, or a control.StateSpace with named signals",
+        )
+    commanded = controller.system.output_labels[0]
+    if commanded != objective.actuator:
+        raise InputError(
+            f"the controller commands {commanded!r}, the objective limits {objective.actuator!r}",
+            where="close",
+            remedy="use the objective that the controller was designed for",
+        )
+    if controller.sensors != objective.sensors:
+        raise InputError(
+            f"the controller takes {list(controller.sensors)}, the objective measures "
+            f"{list(objective.sensors)}",
+            where="close",
+            remedy="use the objective that the controller was designed for",
+        )
+    kind = SampledLoop if controller.sample_time else Loop
+    return kind(model, objective, controller)

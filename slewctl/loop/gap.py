@@ -1,0 +1,318 @@
+"""How far apart two plants are for feedback, and how much of that a controller bears.
+
+Vinnicombe's ν-gap δ(P₁, P₂) lies between 0 and 1, and the generalised stability margin
+b(P, C) = 1/‖[I; C](I − PC)⁻¹[I P]‖∞ between 0 and 1 as well: if b(P₁, C) > δ(P₁, P₂), then C
+stabilises P₂ too, with b(P₂, C) >= sin(arcsin b(P₁, C) − arcsin δ) (G. Vinnicombe, Frequency
+domain uncertainty and the graph topology, IEEE Trans. Automatic Control 38, 1993).
+
+Both compare a unit of input with a unit of output: they depend on the units of the signals,
+and a test in rad and N·m may fail where one in other units succeeds.  `best_output_scale`
+finds the units in which the margin is largest.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import control
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.errors import AccuracyError, InputError, check_positive
+from slewctl.linalg import solve_riccati
+from slewctl.loop.frequency import FrequencyResponse, sample_time
+from slewctl.loop.realisation import Realisation, check_system, hertz, realisation
+from slewctl.loop.structured import balanced_scales, minimised
+
+# Above this the gap is one: the graphs touch to working precision.
+_TOUCHING = 1 - 1e-9
+_RESIDUAL = 1e-8
+# The best units are sought within this factor, in nepers, and to this accuracy of b.
+_SEARCHED, _ENOUGH = 7.0, 1e-2
+# A frequency in rad/s that stands for infinity.
+_VERY_FAST = 1e12
+
+
+@dataclass(frozen=True)
+class NuGap:
+    """The ν-gap between two plants.
+
+    Attributes
+    ----------
+    value : float
+        δ in [0, 1]; one where no controller is sure to fit both.
+    frequency_hz : float or None
+        Where the plants differ most; None for infinite frequency.
+    largest_distance : float
+        Largest pointwise chordal distance; the same as `value` where the winding condition
+        holds.
+    winding : bool
+        Whether the winding-number condition holds.
+    """
+
+    value: float
+    frequency_hz: float | None
+    largest_distance: float
+    winding: bool
+
+
+@dataclass(frozen=True)
+class GeneralisedMargin:
+    """The generalised stability margin b(P, C).
+
+    Attributes
+    ----------
+    value : float
+        Zero for an unstable loop.
+    frequency_hz : float or None
+        Where the loop is most sensitive; None for infinite frequency or an unstable loop.
+    stable : bool
+    """
+
+    value: float
+    frequency_hz: float | None
+    stable: bool
+
+
+def nu_gap(
+    first: control.StateSpace,
+    second: control.StateSpace,
+    *,
+    output_scale: Sequence[float] | float = 1.0,
+    input_scale: Sequence[float] | float = 1.0,
+) -> NuGap:
+    """Return the ν-gap between two plants.
+
+    Parameters
+    ----------
+    first, second : control.StateSpace
+        With the same inputs and outputs, both continuous or sampled alike; without modes on
+        the axis that the inputs do not reach or the outputs do not see.
+    output_scale, input_scale : float or sequence of float
+        A unit of each output, and of each input: the plants are compared as y/output_scale
+        against u/input_scale.
+
+    Raises
+    ------
+    InputError
+        If the plants do not fit together, or have a hidden mode on the axis.
+    AccuracyError
+        If the coprime factors are not normalised to working precision.
+
+    Notes
+    -----
+    From the normalised right factor of the first and left factor of the second plant, two
+    Riccati equations; ‖·‖∞ by level sets; the winding condition from the zeros of
+    G₂~G₁, of which as many as the second plant has states must lie in the right half plane.
+    """
+    P1 = _prepared(first, output_scale, input_scale, "first")
+    P2 = _prepared(second, output_scale, input_scale, "second")
+    if P1.D.shape != P2.D.shape or sample_time(first) != sample_time(second):
+        raise InputError(
+            f"plants of {P1.D.shape[0]}×{P1.D.shape[1]} and {P2.D.shape[0]}×{P2.D.shape[1]} "
+            f"signals, sampled at {sample_time(first):g} and {sample_time(second):g} s",
+            where="nu_gap",
+            remedy="compare plants with the same signals and sample time",
+        )
+    right = _right_graph(P1)
+    distance = _left_graph(P2).after(right).peak()
+    fits = distance.value < _TOUCHING and _winding(_right_graph(P2), right)
+    return NuGap(
+        min(distance.value, 1.0) if fits else 1.0,
+        hertz(distance.omega, first),
+        min(distance.value, 1.0),
+        fits,
+    )
+
+
+def stability_margin_bpc(
+    plant: control.StateSpace,
+    controller: control.StateSpace,
+    *,
+    output_scale: Sequence[float] | float = 1.0,
+    input_scale: Sequence[float] | float = 1.0,
+) -> GeneralisedMargin:
+    """Return the generalised stability margin b(P, C).
+
+    Parameters
+    ----------
+    plant, controller : control.StateSpace
+        Connected with a plus sign, u = C y.
+    output_scale, input_scale : float or sequence of float
+        A unit of each signal (see `nu_gap`); the same as there to compare the two.
+
+    Raises
+    ------
+    InputError
+        If they do not fit together, or the loop is not well posed.
+    """
+    check_system(plant, "plant")
+    check_system(controller, "controller")
+    if (controller.ninputs, controller.noutputs) != (plant.noutputs, plant.ninputs) or (
+        sample_time(plant) != sample_time(controller)
+    ):
+        raise InputError(
+            "the controller's signals or sample time are not those of the plant",
+            where="controller",
+            remedy="let it take every output and command every input, sampled alike",
+        )
+    closed = realisation(plant, "plant").closed(realisation(controller, "controller"))
+    if not closed.stable:
+        return GeneralisedMargin(0.0, None, False)
+    units = _units(plant, output_scale, input_scale)
+    peak = closed.scaled(1 / units, units).peak()
+    return GeneralisedMargin(1 / peak.value, hertz(peak.omega, plant), True)
+
+
+def best_output_scale(plant: control.StateSpace, controller: control.StateSpace) -> Array:
+    """Return units of the outputs, the inputs' being one, in which b(P, C) is largest.
+
+    Parameters
+    ----------
+    plant, controller : control.StateSpace
+        With one input, connected with a plus sign, stable when closed.
+
+    Returns
+    -------
+    ndarray, shape (outputs,)
+        The search is over a convex function of their logarithms.
+
+    Raises
+    ------
+    InputError
+        If the loop is unstable, or the plant has several inputs.
+    """
+    closed = realisation(plant, "plant").closed(realisation(controller, "controller"))
+    if plant.ninputs != 1 or not closed.stable:
+        raise InputError(
+            "scales are found for a stable loop with one input",
+            where="best_output_scale",
+            remedy="give units of your own",
+        )
+    response = FrequencyResponse(closed.system)
+
+    def size(log: Array) -> tuple[float, Array]:
+        scale = np.exp(-np.append(log, 0.0))
+        peak = closed.scaled(scale, 1 / scale).peak()
+        at = response(np.array([min(peak.omega, _VERY_FAST)]))[0]
+        U, _, Vh = np.linalg.svd(scale[:, None] * at / scale)
+        return peak.value, (np.abs(Vh[0]) ** 2 - np.abs(U[:, 0]) ** 2)[:-1]
+
+    # Units that balance the largest entries over the poles' frequencies, to begin with.
+    known = response.landmarks
+    entries = np.abs(response(known[known > 0])).max(axis=0)
+    start = -np.log(balanced_scales(entries[None])[0][:-1])
+    return np.asarray(np.exp(minimised(size, start, _SEARCHED, _ENOUGH)[0]))
+
+
+def _prepared(
+    system: control.StateSpace,
+    output_scale: Sequence[float] | float,
+    input_scale: Sequence[float] | float,
+    where: str,
+) -> Realisation:
+    found = realisation(system, where)
+    units = _units(system, output_scale, input_scale)
+    p = found.D.shape[0]
+    return found.scaled(1 / units[:p], units[p:]).balanced
+
+
+def _units(
+    system: control.StateSpace,
+    output_scale: Sequence[float] | float,
+    input_scale: Sequence[float] | float,
+) -> Array:
+    """Return the units of all outputs, then of all inputs."""
+    return np.concatenate(
+        [
+            _scale(output_scale, system.noutputs, "output_scale"),
+            _scale(input_scale, system.ninputs, "input_scale"),
+        ]
+    )
+
+
+def _scale(given: Sequence[float] | float, count: int, name: str) -> Array:
+    several = np.ndim(given) > 0
+    values = [check_positive(value, name) for value in given] if several else None  # type: ignore[union-attr]
+    if values is None:
+        return np.full(count, check_positive(given, name))
+    if len(values) != count:
+        raise InputError(
+            f"{len(values)} scales for {count} signals", where=name, remedy="give one for each"
+        )
+    return np.array(values)
+
+
+def _right_graph(P: Realisation) -> Realisation:
+    """Return [N; M], stable with N~N + M~M = I and P = NM⁻¹ (Zhou et al., theorem 13.37)."""
+    m = P.D.shape[1]
+    R = np.eye(m) + P.D.T @ P.D
+    root = np.linalg.cholesky(np.linalg.inv(R))
+    F = _feedback(P, R)
+    return Realisation(
+        P.A + P.B @ F,
+        P.B @ root,
+        np.vstack([P.C + P.D @ F, F]),
+        np.vstack([P.D @ root, root]),
+    )
+
+
+def _left_graph(P: Realisation) -> Realisation:
+    """Return [M̃ −Ñ], stable with P = M̃⁻¹Ñ and zero on the graph of P."""
+    p = P.D.shape[0]
+    dual = Realisation(P.A.T, P.C.T, P.B.T, P.D.T)
+    R = np.eye(p) + P.D @ P.D.T
+    root = np.linalg.cholesky(np.linalg.inv(R)).T
+    H = _feedback(dual, R).T
+    return Realisation(
+        P.A + H @ P.C,
+        np.hstack([H, -(P.B + H @ P.D)]),
+        root @ P.C,
+        np.hstack([root, -root @ P.D]),
+    )
+
+
+def _feedback(P: Realisation, R: Array) -> Array:
+    """Return F = −R⁻¹(BᵀX + DᵀC) with the stabilising X of the normalised factor."""
+    if not P.states:
+        return np.zeros((len(R), 0))
+    cross = np.linalg.solve(R, P.D.T @ P.C)
+    A = P.A - P.B @ cross
+    Q = P.C.T @ np.linalg.solve(np.eye(len(P.D)) + P.D @ P.D.T, P.C)
+    try:
+        with warnings.catch_warnings():
+            # Poles almost on the axis, in bad units, are met by a perturbation; the residual
+            # that is checked below says whether it did harm.
+            warnings.simplefilter("ignore", RuntimeWarning)
+            found = solve_riccati(A, P.B, Q, R)
+    except AccuracyError as error:
+        raise InputError(
+            "the plant has no normalised coprime factors to working precision",
+            where="nu_gap",
+            remedy="leave out modes on the axis that the input does not reach or no output sees",
+        ) from error
+    if not found.residual <= _RESIDUAL:
+        raise AccuracyError(
+            f"the Riccati equation of the coprime factors is solved to {found.residual:.0e} only",
+            where="nu_gap",
+            remedy="give the plant in modal coordinates, or in better units",
+        )
+    return -found.gain - cross
+
+
+def _winding(second: Realisation, first: Realisation) -> bool:
+    """Whether det G₂~G₁ winds zero times around the origin (see `nu_gap`).
+
+    G₂~G₁ has as many poles in the right half plane as G₂ has states, so that it must have as
+    many zeros there.
+    """
+    mirrored = Realisation(-second.A.T, -second.C.T, second.B.T, second.D.T)
+    product = mirrored.after(first)
+    if np.linalg.cond(product.D) > 1e12:
+        return False
+    if not product.states:
+        return True
+    zeros = np.linalg.eigvals(product.A - product.B @ np.linalg.solve(product.D, product.C))
+    return int(np.sum(zeros.real > 0)) == second.states

@@ -1,0 +1,181 @@
+"""Matrices of systems with several inputs and outputs, and how they combine.
+
+python-control's arithmetic keeps names and sample times; here only the matrices are wanted,
+of continuous systems or of what sampled ones become by the bilinear map.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import control
+import numpy as np
+
+from slewctl._types import Array, ComplexArray
+from slewctl.errors import InputError, shown
+from slewctl.linalg import balance, stability_threshold
+from slewctl.loop.equivalent import equivalent
+from slewctl.loop.peaks import Peak, peak_gain
+
+
+@dataclass(frozen=True, eq=False)
+class Realisation:
+    """The matrices of ẋ = Ax + Bu, y = Cx + Du.
+
+    Attributes
+    ----------
+    A, B, C, D : ndarray, shapes (n, n), (n, m), (p, n), (p, m)
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+
+    @property
+    def states(self) -> int:
+        """Number of states n."""
+        return len(self.A)
+
+    @cached_property
+    def poles(self) -> ComplexArray:
+        """Eigenvalues of A."""
+        return np.linalg.eigvals(self.A).astype(complex)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole lies left of the axis by more than rounding."""
+        if not self.states:
+            return True
+        return bool(self.poles.real.max() < -stability_threshold(self.A))
+
+    @property
+    def balanced(self) -> Realisation:
+        """The same system in states for which A is balanced."""
+        if not self.states:
+            return self
+        scale = balance(self.A)
+        return Realisation(
+            self.A / scale[:, None] * scale, self.B / scale[:, None], self.C * scale, self.D
+        )
+
+    @property
+    def system(self) -> control.StateSpace:
+        """The same as a continuous `control.StateSpace`."""
+        return control.StateSpace(self.A, self.B, self.C, self.D)
+
+    def peak(self) -> Peak:
+        """Return ‖G‖∞, the caller having decided stability, and where it is reached."""
+        return peak_gain(self.system)
+
+    def scaled(self, left: Array, right: Array) -> Realisation:
+        """Return diag(left) G diag(right)."""
+        return Realisation(
+            self.A, self.B * right, left[:, None] * self.C, left[:, None] * self.D * right
+        )
+
+    def after(self, first: Realisation) -> Realisation:
+        """Return the product self·first: `first` feeds this system."""
+        none = np.zeros((first.states, self.states))
+        return Realisation(
+            np.block([[first.A, none], [self.B @ first.C, self.A]]),
+            np.vstack([first.B, self.B @ first.D]),
+            np.hstack([self.D @ first.C, self.C]),
+            self.D @ first.D,
+        )
+
+    def minus(self, other: Realisation) -> Realisation:
+        """Return self − other, in parallel."""
+        return Realisation(
+            diagonal(self.A, other.A),
+            np.vstack([self.B, other.B]),
+            np.hstack([self.C, -other.C]),
+            self.D - other.D,
+        )
+
+    def closed(self, K: Realisation) -> Realisation:
+        """Return [I; K](I − GK)⁻¹[I G]: from what is added to y and u to y and u, u = Ky.
+
+        Raises
+        ------
+        InputError
+            If the loop is not well posed: I − D D_K is singular.
+        """
+        p, m = self.D.shape
+        # At the junctions: y = C x + D u + v and u = C_K x_K + D_K y, u with w added at the plant.
+        junction = np.block([[np.eye(p), -self.D], [-K.D, np.eye(m)]])
+        if np.linalg.cond(junction) > 1e12:
+            raise InputError(
+                "the loop is not well posed: 1 minus the product of both feedthroughs is singular",
+                where="loop",
+                remedy="remove a feedthrough, or change its size",
+            )
+        outputs = np.linalg.solve(junction, diagonal(self.C, K.C))  # [y; u] from the states
+        passed = np.linalg.solve(
+            junction, np.block([[np.eye(p), self.D], [np.zeros((m, p)), np.zeros((m, m))]])
+        )
+        entry = diagonal(self.B, K.B)  # the plant is fed u + w, the controller y
+        swap = np.block([[np.zeros((m, p)), np.eye(m)], [np.eye(p), np.zeros((p, m))]])
+        direct = np.zeros((m + p, p + m))
+        direct[:m, p:] = np.eye(m)
+        return Realisation(
+            diagonal(self.A, K.A) + entry @ swap @ outputs,
+            entry @ (swap @ passed + direct),
+            outputs,
+            passed,
+        )
+
+
+def diagonal(first: Array, second: Array) -> Array:
+    """Return the block-diagonal matrix of two matrices, also of empty ones."""
+    corner = np.zeros((first.shape[0], second.shape[1]))
+    other = np.zeros((second.shape[0], first.shape[1]))
+    return np.block([[first, corner], [other, second]])
+
+
+def check_system(system: object, where: str) -> control.StateSpace:
+    """Return `system`; refuse what is not a `control.StateSpace` of finite numbers."""
+    if not isinstance(system, control.StateSpace):
+        raise InputError(
+            f"{shown(system)} is not a control.StateSpace",
+            where=where,
+            remedy="convert it with control.ss",
+        )
+    if not all(np.isfinite(np.asarray(getattr(system, name))).all() for name in "ABCD"):
+        raise InputError("a matrix is not finite", where=where, remedy="give finite numbers")
+    return system
+
+
+def realisation(system: control.StateSpace, where: str) -> Realisation:
+    """Return the matrices of a system; a sampled one is mapped by z = (1 + s)/(1 − s).
+
+    The map takes the unit circle to the imaginary axis and keeps stability, norms and gaps.
+
+    Parameters
+    ----------
+    system : control.StateSpace
+    where : str
+        What asked for it, for messages.
+
+    Raises
+    ------
+    InputError
+        For anything else, or a sampled system with a pole at z = −1.
+    """
+    found = equivalent(check_system(system, where))
+    if found.turn:
+        raise InputError(
+            "the sampled system has a pole at z = −1, half the sampling frequency",
+            where=where,
+            remedy="change the sample time, or move the pole",
+        )
+    return Realisation(
+        *(np.asarray(matrix, dtype=float) for matrix in (found.A, found.B, found.C, found.D))
+    )
+
+
+def hertz(v: float, system: control.StateSpace) -> float | None:
+    """Return in Hz the frequency at s = jv of `realisation`; None where it is infinite."""
+    omega = float(equivalent(system).omega(np.array([v]))[0]) if system.dt else v
+    return omega / (2 * np.pi) if np.isfinite(omega) else None

@@ -1,0 +1,69 @@
+"""Roots of one function in many enclosures at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from slewctl._types import Array
+
+_STEPS = 200
+
+
+def polished(function: Callable[[Array], Array], left: Array, right: Array) -> Array:
+    """Return the root of `function` in each enclosure, to the last digits.
+
+    Chandrupatla's method (Advances in Engineering Software 28, 1997): inverse quadratic
+    interpolation where it is safe, else bisection.  All enclosures go together, since one
+    evaluation of many points costs little more than one of a single point.
+
+    Parameters
+    ----------
+    function : callable
+        From points to values, elementwise.
+    left, right : ndarray
+        Ends of the enclosures, where the function differs in sign.  An end of which the
+        sign does not survive a second evaluation is the root itself.
+    """
+    left, right = np.array(left, dtype=float), np.array(right, dtype=float)
+    if not len(left):
+        return left
+    root = np.where(np.abs(function(left)) < np.abs(function(right)), left, right)
+    a, b = right.copy(), left.copy()
+    fa, fb = function(a), function(b)
+    c, fc = a.copy(), fa.copy()
+    t = np.full(len(a), 0.5)
+    open_ = np.flatnonzero(np.sign(fa) * np.sign(fb) < 0)
+    for _ in range(_STEPS):
+        if not len(open_):
+            break
+        k = open_
+        x = a[k] + t[k] * (b[k] - a[k])
+        fx = function(x)
+        same = np.sign(fx) == np.sign(fa[k])
+        c[k], fc[k] = np.where(same, a[k], b[k]), np.where(same, fa[k], fb[k])
+        b[k], fb[k] = np.where(same, b[k], a[k]), np.where(same, fb[k], fa[k])
+        a[k], fa[k] = x, fx
+        root[k] = np.where(np.abs(fa[k]) < np.abs(fb[k]), a[k], b[k])
+        width = np.abs(b[k] - a[k])
+        tolerance = 2 * np.finfo(float).eps * np.abs(root[k])
+        done = (width <= 2 * tolerance) | (fx == 0)
+        t[k] = np.clip(
+            _step(a[k], b[k], c[k], fa[k], fb[k], fc[k]),
+            np.minimum(tolerance / np.maximum(width, 1e-300), 0.5),
+            1 - np.minimum(tolerance / np.maximum(width, 1e-300), 0.5),
+        )
+        open_ = k[~done]
+    return root
+
+
+def _step(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: Array) -> Array:
+    """Return the fraction of the way from a to b where the next point lies."""
+    with np.errstate(all="ignore"):
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        safe = (1 - np.sqrt(np.maximum(1 - xi, 0)) < phi) & (phi < np.sqrt(np.maximum(xi, 0)))
+        quadratic = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (
+            fc - fb
+        )
+    return np.where(safe & np.isfinite(quadratic), quadratic, 0.5)

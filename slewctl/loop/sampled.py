@@ -1,0 +1,127 @@
+"""A sampled controller closed around a continuous arm: exact at and between the samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import control
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from slewctl._types import ComplexArray
+from slewctl.linalg import H2Cost
+from slewctl.loop.closed import Loop
+from slewctl.plant import SampledClosed, SampledPlant, continuous_equivalent, sampled_plant
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLoop(Loop):
+    """A controller with a clock closed around a model, usually the truth.
+
+    The arm runs on between the samples: its modes above half the sampling frequency are in
+    the loop too, and the H2 cost is the mean of Σ z² over all times.  `poles` are the
+    equivalents s = ln(z)/T of the poles from sample to sample, with the decay and the
+    oscillation of z.  A mode above half the sampling frequency appears at the instants as a
+    slower one; of all logarithms its pole is given that next to the arm's own pole, so that
+    frequency and damping ratio are those of the arm.  A pole at z = 0, which is gone after a
+    sample, has no equivalent and is left out.
+    `return_ratio`, and so `margins` and `response`, are of the loop broken where the
+    computer hands the torque to the hold; they are exact for changes of gain and phase
+    there.
+    """
+
+    @property
+    def sample_time(self) -> float:
+        """T in s."""
+        return self.controller.sample_time
+
+    @cached_property
+    def sampled(self) -> SampledPlant:
+        """The generalised plant between the hold, with the controller's delay, and the sampler."""
+        return sampled_plant(self.plant, self.sample_time, self.controller.delay)
+
+    @cached_property
+    def closed(self) -> SampledClosed:
+        """The closed loop from sample to sample, with the cost between the samples."""
+        return self.sampled.close(self.controller.system)
+
+    @cached_property
+    def system(self) -> control.StateSpace:
+        """The closed loop from a torque or voltage added at the hold to the sensors."""
+        path, size = self._path, len(self.closed.A)
+        B = np.zeros((size, 1))
+        B[: path.nstates] = path.B
+        C = np.hstack([path.C, np.zeros((path.noutputs, size - path.nstates))])
+        return control.StateSpace(
+            self.closed.A,
+            B,
+            C,
+            np.zeros((path.noutputs, 1)),
+            self.sample_time,
+            inputs=[f"{self.objective.actuator}_added"],
+            outputs=list(path.output_labels),
+            name=f"{self.plant.system.name}_closed",
+        )
+
+    @cached_property
+    def poles(self) -> ComplexArray:
+        """Equivalents s = ln(z)/T of the closed-loop poles, rad/s, by increasing magnitude."""
+        values = self._equivalents[np.isfinite(self._equivalents)]
+        return values[np.argsort(np.abs(values))]
+
+    @cached_property
+    def _equivalents(self) -> ComplexArray:
+        """One s for each closed-loop pole z, infinite for z = 0."""
+        z, T = self.closed.poles, self.sample_time
+        s = np.full(len(z), complex(-np.inf, 0))
+        kept = np.flatnonzero(np.abs(z) > np.finfo(float).eps)
+        s[kept] = continuous_equivalent(z[kept], T)
+        own = np.linalg.eigvals(self.plant.A).astype(complex)
+        own = own[np.abs(own.imag) > self.nyquist_rad_s]
+        # The controller hardly moves these, so that each has its z next to where it was.
+        rows, columns = linear_sum_assignment(np.abs(np.exp(own * T)[:, None] - z[kept]))
+        found = kept[columns]
+        turns = np.round((own[rows].imag - s[found].imag) * T / (2 * np.pi))
+        s[found] += 2j * np.pi / T * turns
+        return s
+
+    @cached_property
+    def stable(self) -> bool:
+        """Whether every pole z lies within the unit circle by more than rounding."""
+        return self.closed.stable
+
+    @property
+    def unstable_hz(self) -> tuple[float, ...]:
+        """Frequencies of the poles that are not stable, fastest growing first."""
+        z, s = self.closed.poles, self._equivalents
+        # A real z has no partner: a negative one oscillates at half the sampling frequency.
+        bad = (np.abs(z) >= self.closed.largest_stable) & ((s.imag >= 0) | (z.imag == 0))
+        return tuple(float(abs(p) / (2 * np.pi)) for p in s[bad][np.argsort(-np.abs(z[bad]))])
+
+    @property
+    def _path(self) -> control.StateSpace:
+        return self.sampled.control_path
+
+    @property
+    def nyquist_rad_s(self) -> float:
+        """Half the sampling frequency."""
+        return np.pi / self.sample_time
+
+    @cached_property
+    def open_poles(self) -> ComplexArray:
+        """Equivalents s = ln(z)/T of the poles of L."""
+        poles = np.linalg.eigvals(np.asarray(self.return_ratio.A)).astype(complex)
+        return continuous_equivalent(poles, self.sample_time)
+
+    @cached_property
+    def h2(self) -> H2Cost:
+        """Mean of Σ z² over all times, at and between the samples.
+
+        Raises
+        ------
+        UnstableLoopError
+            The cost of an unstable loop is infinite.
+        """
+        self.require_stable("an H2 cost")
+        return self.closed.h2

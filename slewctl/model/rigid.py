@@ -1,0 +1,32 @@
+"""Mass and inertia of the beam by itself: the scales of hubs and payloads."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from slewctl.arm import Arm, Beam, Hub
+from slewctl.basis import Polynomial
+from slewctl.model.assembly import assemble
+
+
+def beam_mass(arm: Arm) -> float:
+    """Return ∫ m̄ dx in kg."""
+    L = arm.beam.length
+    near, middle, far = (_inertia(arm.beam, r) for r in (0.0, L / 2, L))
+    # ∫ m̄ (r + x)² dx is a parabola in r, whose second difference is 2 (L/2)² ∫ m̄ dx.
+    return (near - 2 * middle + far) / (2 * (L / 2) ** 2)
+
+
+def beam_inertia(arm: Arm) -> float:
+    """Return ∫ m̄ (r + x)² dx in kg·m²: the beam's inertia about the axis."""
+    return _inertia(arm.beam, arm.hub.radius)
+
+
+def total_inertia(arm: Arm) -> float:
+    """Return J in kg·m²: the inertia of the rigid arm about the axis (physics of eq. 9)."""
+    return float(assemble(arm, Polynomial(1)).mass[0, 0])
+
+
+@lru_cache(maxsize=256)
+def _inertia(beam: Beam, radius: float) -> float:
+    return total_inertia(Arm(beam, Hub(radius=radius)))

@@ -1,0 +1,267 @@
+"""The generalised plant as a controller with a clock sees it, sampled without approximation.
+
+At t_k = kT the controller reads y_k and computes u_k, which acts on the plant from
+t_k + delay to t_{k+1} + delay.  What happens between the samples is not lost: the cost and
+the disturbance are integrated over them exactly, so that the H2 cost of the sampled loop is
+the mean of Σ z² over all times, not over the instants.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import control
+import numpy as np
+
+from slewctl._types import Array, ComplexArray
+from slewctl.errors import InputError, check_nonnegative, check_positive
+from slewctl.linalg import H2Cost, solve_discrete_lyapunov, stability_threshold
+from slewctl.plant.hold import Held, held
+from slewctl.plant.problem import GeneralisedPlant, check_plant
+
+# A delay this near to a whole number of samples, in samples, is that number.
+_WHOLE = 1e-9
+MOST_DELAY = 10
+
+
+@dataclass(frozen=True, eq=False)
+class SampledPlant:
+    """A generalised plant between a hold and a sampler.
+
+    The states are those of the plant and, below them, the inputs that are still on their
+    way, the latest first.  The noise of a sensor, of density n, is taken as averaged over a
+    sample: its variance is n²/T.
+
+    Attributes
+    ----------
+    plant : GeneralisedPlant
+    sample_time, delay : float
+        T and the time from a sample to the input that is computed from it, in s.
+    A, B, C : ndarray, shapes (N, N), (N, 1), (sensors, N)
+        x_{k+1} = A x_k + B u_k, y_k = C x_k + v_k.
+    noise : ndarray, shape (N, N)
+        Covariance that the disturbance adds in a sample.
+    sensor_noise : ndarray, shape (sensors, sensors)
+        Covariance of v_k.
+    cost : ndarray, shape (N + 1, N + 1)
+        ∫ zᵀz dt over a sample is the quadratic form of [x_k; u_k] …
+    noise_cost : float
+        … and on average this, which the disturbance of the same sample costs.
+    """
+
+    plant: GeneralisedPlant
+    sample_time: float
+    delay: float
+    A: Array
+    B: Array
+    C: Array
+    noise: Array
+    sensor_noise: Array
+    cost: Array
+    noise_cost: float
+
+    @property
+    def waiting(self) -> int:
+        """Number of inputs on their way."""
+        return len(self.A) - len(self.plant.A)
+
+    @property
+    def control_path(self) -> control.StateSpace:
+        """From the actuator to the measurements, as a named discrete-time system."""
+        states = [*self.plant.system.state_labels]
+        actuator = self.plant.actuator
+        return control.StateSpace(
+            self.A,
+            self.B,
+            self.C,
+            np.zeros((len(self.C), 1)),
+            self.sample_time,
+            inputs=[actuator],
+            outputs=list(self.plant.sensors),
+            states=[*states, *(f"{actuator}_before_{i + 1}" for i in range(self.waiting))],
+            name=f"{self.plant.system.name}_sampled",
+        )
+
+    def close(self, controller: control.StateSpace) -> SampledClosed:
+        """Return the closed loop of a discrete-time controller.
+
+        Parameters
+        ----------
+        controller : control.StateSpace
+            From the sensors to the actuator, connected with a plus sign, with the plant's
+            sample time.
+
+        Raises
+        ------
+        InputError
+            If its signals or its sample time are others than the plant's.
+        """
+        self.plant.check_controller(controller, self.sample_time)
+        return SampledClosed(self, controller)
+
+
+@dataclass(frozen=True, eq=False)
+class SampledClosed:
+    """A sampled plant with a controller: states [x; inputs on their way; controller].
+
+    Attributes
+    ----------
+    plant : SampledPlant
+    controller : control.StateSpace
+    """
+
+    plant: SampledPlant
+    controller: control.StateSpace
+
+    @cached_property
+    def A(self) -> Array:
+        """State matrix from one sampling instant to the next."""
+        p, (Ak, Bk, Ck, Dk) = self.plant, self._controller
+        return np.block([[p.A + p.B @ Dk @ p.C, p.B @ Ck], [Bk @ p.C, Ak]])
+
+    @cached_property
+    def poles(self) -> ComplexArray:
+        """Poles in the z-plane."""
+        return np.linalg.eigvals(self.A).astype(complex)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole lies within the unit circle by more than rounding."""
+        return bool(np.abs(self.poles).max() < self.largest_stable)
+
+    @cached_property
+    def largest_stable(self) -> float:
+        """The |z| below which a computed pole counts as stable."""
+        return 1 - stability_threshold(self.A)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Stationary covariance of the states at the sampling instants."""
+        return solve_discrete_lyapunov(self.A, self._noise)
+
+    @cached_property
+    def h2(self) -> H2Cost:
+        """Mean of zᵀz over all times, from both Gramians; the loop must be stable."""
+        p, (seen, direct) = self.plant, self._driven
+        cost = seen.T @ p.cost @ seen
+        at_once = float(np.trace(direct.T @ p.cost @ direct @ p.sensor_noise)) + p.noise_cost
+        value = float(np.sum(cost * self.covariance)) + at_once
+        dual = solve_discrete_lyapunov(self.A.T, cost)
+        other = float(np.sum(dual * self._noise)) + at_once
+        size = max(abs(value), np.finfo(float).tiny)
+        return H2Cost(value / p.sample_time, abs(other - value) / size)
+
+    @property
+    def _controller(self) -> tuple[Array, Array, Array, Array]:
+        k = self.controller
+        return np.asarray(k.A), np.asarray(k.B), np.asarray(k.C), np.asarray(k.D)
+
+    @cached_property
+    def _noise(self) -> Array:
+        """Covariance that a sample adds to the states."""
+        p, (_, Bk, _, Dk) = self.plant, self._controller
+        entering = np.vstack([p.B @ Dk, Bk])
+        noise = entering @ p.sensor_noise @ entering.T
+        noise[: len(p.A), : len(p.A)] += p.noise
+        return noise
+
+    @cached_property
+    def _driven(self) -> tuple[Array, Array]:
+        """From the states, and from v_k, to [x_k; u_k]."""
+        p, (Ak, _, Ck, Dk) = self.plant, self._controller
+        n = len(p.A)
+        states = np.block([[np.eye(n), np.zeros((n, len(Ak)))], [Dk @ p.C, Ck]])
+        return states, np.vstack([np.zeros((n, len(p.C))), Dk])
+
+
+def sampled_plant(plant: GeneralisedPlant, sample_time: float, delay: float = 0.0) -> SampledPlant:
+    """Return a plant sampled exactly, with a zero-order hold and a delay of its input.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+        Its disturbance and its sensor noise must be independent.
+    sample_time : float
+        T in s.
+    delay : float
+        In s, from a sample to the input computed from it; any fraction of T, up to 10 T.
+
+    Raises
+    ------
+    InputError
+        For impossible times, or noise that both disturbs and is measured.
+    """
+    check_plant(plant, "sampled_plant")
+    T = check_positive(sample_time, "sample_time")
+    whole, part = split_delay(T, delay)
+    if np.any(plant.B1 @ plant.D21.T):
+        raise InputError(
+            "a disturbance enters a sensor too, and white noise has no value at an instant",
+            where="sample_time",
+            remedy="give the sensors noise of their own",
+        )
+    n = len(plant.A)
+    waiting = whole + (part > 0)
+    before, after = (_held(plant, h) for h in (part, T - part))
+    # Rows of [x_k; u_{k−1}; …; u_{k−p}; u_k] that give the inputs of the two parts.
+    inputs = np.eye(n + waiting + 1)[n:]
+    new, old = inputs[whole - 1], inputs[waiting - 1]
+    start = np.vstack([np.eye(n, n + waiting + 1), old])
+    middle = np.vstack([(before.transition @ start)[:n], new])
+    A = np.zeros((n + waiting, n + waiting + 1))
+    A[:n] = (after.transition @ middle)[:n]
+    if waiting:
+        A[n] = inputs[-1]
+        A[n + 1 :] = inputs[: waiting - 1]
+    noise = np.zeros((n + waiting, n + waiting))
+    across = after.transition[:n, :n]
+    noise[:n, :n] = across @ before.noise @ across.T + after.noise
+    carried = float(np.sum(after.cost[:n, :n] * before.noise))
+    return SampledPlant(
+        plant,
+        T,
+        float(delay),
+        A[:, :-1],
+        A[:, -1:],
+        np.hstack([plant.C2, np.zeros((len(plant.C2), waiting))]),
+        noise,
+        plant.D21 @ plant.D21.T / T,
+        start.T @ before.cost @ start + middle.T @ after.cost @ middle,
+        before.noise_cost + carried + after.noise_cost,
+    )
+
+
+def _held(plant: GeneralisedPlant, h: float) -> Held:
+    return held(plant.A, plant.B2, plant.B1, np.hstack([plant.C1, plant.D12]), h)
+
+
+def split_delay(sample_time: float, delay: float) -> tuple[int, float]:
+    """Return a delay as whole samples and the time that is left, less than a sample.
+
+    Raises
+    ------
+    InputError
+        For a delay that is negative or longer than ten samples.
+    """
+    samples = check_nonnegative(delay, "delay") / sample_time
+    if samples > MOST_DELAY:
+        raise InputError(
+            f"{delay:g} s is more than {MOST_DELAY} sample times of {sample_time:g} s",
+            where="delay",
+            remedy="sample more slowly, or give the delay in seconds",
+        )
+    if abs(samples - round(samples)) <= _WHOLE:
+        return round(samples), 0.0
+    return math.floor(samples), delay - math.floor(samples) * sample_time
+
+
+def continuous_equivalent(poles: ComplexArray, sample_time: float) -> ComplexArray:
+    """Return s = ln(z)/T of poles in the z-plane, those at z = 0 left out.
+
+    s decays, and oscillates at the instants, as z does.  A frequency above half the
+    sampling rate appears below it.  A pole at z = 0 is gone after a sample and has no s.
+    """
+    kept = poles[np.abs(poles) > np.finfo(float).eps]
+    return np.log(kept.astype(complex)) / sample_time

@@ -1,0 +1,206 @@
+"""Baselines: what counts as worse, what is accepted, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from gate_results import BROKEN, FAILED, PASSED, UNCHANGED
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slewctl import InputError
+from slewctl.check import (
+    NOMINAL,
+    REQUIREMENTS,
+    Baseline,
+    DesignResult,
+    accept,
+    baseline_record,
+    compare_with,
+    read_baseline,
+)
+from slewctl.check.baseline import Accepted
+from slewctl.check.requirements import Reading
+from slewctl.report.export import json_text
+
+NAMES = [name for name in REQUIREMENTS if name != "stable"]
+ROOT = Path("baseline.json")
+
+
+def compared(name: str, old: float, new: float, tolerance: float = 0.01) -> DesignResult:
+    """Return a passing result with one quantity, beside a baseline of that quantity."""
+    baseline = Baseline(ROOT, {PASSED.file.as_posix(): Accepted("x", {NOMINAL: {name: old}})})
+    result = replace(PASSED, recorded={NOMINAL: {name: Reading(new, 1.0)}})
+    return compare_with(baseline, result, tolerance)
+
+
+@given(
+    st.sampled_from(NAMES),
+    st.floats(1e-3, 1e6),
+    st.floats(-0.5, 0.5).filter(lambda change: abs(abs(change) - 0.01) > 1e-6),
+)
+def test_worse_by_more_than_the_tolerance_fails(name: str, old: float, change: float) -> None:
+    new = old * (1 + change)
+    worse = -change if REQUIREMENTS[name].sense == "at least" else change
+    # A loss has a noise floor of its own, which is above one per cent of the smallest.
+    assert (compared(name, old, new).status == "failed") == (worse > 0.01)
+
+
+@given(st.sampled_from(NAMES), st.floats(1e-3, 1e6))
+def test_the_same_value_rounded_never_fails(name: str, value: float) -> None:
+    rounded = float(f"{value:.9e}")
+    assert compared(name, rounded, value, tolerance=0.0).status == "passed"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_infinite_and_missing_values(name: str) -> None:
+    margin = REQUIREMENTS[name].sense == "at least"
+    assert compared(name, math.inf, math.inf).status == "passed"
+    assert compared(name, math.inf, 1e9).status == ("failed" if margin else "passed")
+    assert compared(name, 1.0, math.inf).status == ("passed" if margin else "failed")
+    assert compared(name, 1.0, math.nan).status == "failed"
+    unknown = compared(name, math.nan, 1.0)
+    assert unknown.status == "passed"
+    assert unknown.notes == (f"{name} is not in the baseline",)
+
+
+def test_a_loss_below_the_accuracy_of_costs_is_noise() -> None:
+    assert compared("h2_loss_max", 1e-9, 5e-7).status == "passed"
+    assert compared("h2_loss_max", 1e-9, 2e-6).status == "failed"
+
+
+def test_a_finding_says_what_was_accepted() -> None:
+    result = compared("gain_margin_db", 10.0, 9.0)
+    (finding,) = result.failures
+    assert (finding.against, finding.line) == ("baseline", 4)
+    assert finding.verdict.limit == pytest.approx(9.9, rel=1e-15)
+    assert finding.verdict.note == "accepted: 10 dB"
+    # A quantity that the file does not require stands at the arm's first requirement.
+    assert compared("disk_margin", 1.0, 0.5).failures[0].line == 3
+
+
+def test_what_one_side_alone_knows_is_told() -> None:
+    old = Accepted("x", {NOMINAL: {"disk_margin": 1.0, "h2_loss_max": 0.1}, "gone": {}})
+    new = {NOMINAL: {"disk_margin": Reading(1.0), "delay_margin_s": Reading(0.1)}, "new": {}}
+    baseline = Baseline(ROOT, {PASSED.file.as_posix(): old})
+    result = compare_with(baseline, replace(PASSED, recorded=new), 0.01)
+    assert result.status == "passed"
+    assert result.notes == (
+        "h2_loss_max is in the baseline and no longer required",
+        "delay_margin_s is not in the baseline",
+        "variation gone is in the baseline and no longer judged",
+        "variation new is not in the baseline",
+    )
+
+
+def test_a_new_design_is_told_and_judged_by_its_requirements() -> None:
+    result = compare_with(Baseline(ROOT, {}), PASSED, 0.01)
+    assert result.status == "passed"
+    assert "not in the baseline" in result.notes[0]
+    assert compare_with(Baseline(ROOT, {}), FAILED, 0.01).status == "failed"
+
+
+def test_broken_and_unchanged_designs_are_left_as_they_are() -> None:
+    for result in (BROKEN, UNCHANGED):
+        assert compare_with(Baseline(ROOT, {}), result, 0.01) is result
+
+
+def folder_with(tmp_path: Path, *results: DesignResult) -> list[DesignResult]:
+    found = []
+    for result in results:
+        path = tmp_path / "designs" / result.file.name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("")
+        found.append(replace(result, file=path))
+    return found
+
+
+def test_accepting_keeps_what_failed_and_drops_what_is_gone(tmp_path: Path) -> None:
+    results = folder_with(tmp_path, PASSED, FAILED, BROKEN, UNCHANGED)
+    before = Accepted("sha256:0", {NOMINAL: {"disk_margin": 0.5}})
+    other = tmp_path / "designs" / "other.toml"
+    other.write_text("")
+    names = [r.file.name for r in results[1:]]
+    old = {f"designs/{name}": before for name in [*names, "gone.toml", "other.toml"]}
+    after, notes = accept(Baseline(tmp_path / "b.json", old), results)
+    assert after.designs["designs/good.toml"].fingerprint == "sha256:1"
+    assert after.designs["designs/good.toml"].arms[NOMINAL]["gain_margin_db"] == 9.0
+    for name in [*names, "other.toml"]:
+        assert after.designs[f"designs/{name}"] == before
+    assert "designs/gone.toml" not in after.designs
+    assert notes == [
+        "bad, 100%: <&>: not accepted, since it fails a requirement",
+        "broken: not accepted, since it could not be judged",
+        "designs/gone.toml: dropped, since the file is gone",
+    ]
+
+
+def test_a_baseline_reads_back_and_is_sorted(tmp_path: Path) -> None:
+    results = folder_with(tmp_path, replace(PASSED, file=Path("z.toml")), PASSED)
+    path = tmp_path / "b.json"
+    after, _ = accept(Baseline(path, {}), results)
+    text = json_text(baseline_record(after))
+    path.write_text(text)
+    again = read_baseline(path)
+    assert again == replace(after, designs=again.designs)
+    assert dict(again.designs) == dict(after.designs)
+    assert list(json.loads(text)["designs"]) == ["designs/good.toml", "designs/z.toml"]
+    assert json_text(baseline_record(again)) == text
+    for result in results:
+        assert all(f.verdict.passed for f in compare_with(again, result, 0.0).findings)
+
+
+def test_keys_do_not_depend_on_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "designs").mkdir()
+    whole = Baseline(tmp_path / "b.json", {}).key(tmp_path / "designs" / "x.toml")
+    monkeypatch.chdir(tmp_path)
+    from_root = Baseline(Path("b.json"), {}).key(Path("designs/x.toml"))
+    monkeypatch.chdir(tmp_path / "designs")
+    from_inside = Baseline(Path("../b.json"), {}).key(Path("x.toml"))
+    assert whole == from_root == from_inside == "designs/x.toml"
+
+
+CORRUPT = [
+    ("", "not valid JSON"),
+    ("{", "not valid JSON"),
+    ("[" * 100000, "not valid JSON"),
+    ("[]", "[] is no table"),
+    ("{}", "schema: not a baseline of this slewctl: its schema is None"),
+    ('{"schema": "slewctl-baseline/2"}', "its schema is 'slewctl-baseline/2'"),
+    ('{"schema": "slewctl-baseline/1"}', "designs: None is no table"),
+    ('{"schema": "slewctl-baseline/1", "designs": {"x": 3}}', "designs.x: 3 is no table"),
+    ('{"schema": "slewctl-baseline/1", "designs": {"x": {"arms": {"nominal": {"gain": 3}}}}}', "designs.x.arms.nominal: unknown name 'gain'"),
+    ('{"schema": "slewctl-baseline/1", "designs": {"x": {"arms": {"nominal": {"disk_margin": NaN}}}}}', "designs.x.arms.nominal.disk_margin: nan is not a finite number"),
+    ('{"schema": "slewctl-baseline/1", "designs": {"x": {"arms": {"nominal": {"disk_margin": true}}}}}', "True is not a finite number"),
+    ('{"schema": "slewctl-baseline/1", "designs": {"x": {"arms": {"nominal": {"disk_margin": "0.3"}}}}}', "'0.3' is not a finite number"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "words"), CORRUPT, ids=[words for _, words in CORRUPT])
+def test_corrupt_baselines_are_refused(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "b.json"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_baseline(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert words in str(caught.value)
+    with pytest.raises(InputError):  # is not taken for a missing one
+        read_baseline(path, may_be_missing=True)
+
+
+def test_missing_and_unreadable_baselines(tmp_path: Path) -> None:
+    path = tmp_path / "b.json"
+    with pytest.raises(InputError, match="no such baseline; make it with --update-baseline"):
+        read_baseline(path)
+    assert read_baseline(path, may_be_missing=True).designs == {}
+    with pytest.raises(InputError, match="cannot be read"):
+        read_baseline(tmp_path)
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="not UTF-8"):
+        read_baseline(path)

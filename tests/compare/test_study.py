@@ -1,0 +1,170 @@
+"""The study: dimensionless settings, rows that any executor gives, and an honest count."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import slewctl as sc
+from slewctl.basis import create
+from slewctl.compare import (
+    Grid,
+    Judge,
+    Point,
+    Setting,
+    Study,
+    Work,
+    evaluate_point,
+    recommend,
+    run_study,
+)
+from slewctl.compare.answer import answer, duel
+from slewctl.compare.case import Case
+from slewctl.compare.grid import arm_of, objective_of, omega_of
+from slewctl.errors import DesignError, InputError
+from slewctl.model import beam_inertia, beam_mass, total_inertia
+
+PAPER = sc.arms.paper_beam()
+SETTING = Setting(0.3, 0.5, 0.005, 0.3, ("theta", "theta_dot"))
+
+
+def test_mass_and_inertia_of_the_paper_beam_are_its_integrals() -> None:
+    # m̄ = 1 − (5/6) x³ on [0, 1]
+    assert beam_mass(PAPER) == pytest.approx(1 - 5 / 24, rel=1e-14)
+    assert beam_inertia(PAPER) == pytest.approx(1 / 3 - 5 / 36, rel=1e-14)
+
+
+def test_settings_are_ratios_to_the_beam() -> None:
+    arm = arm_of(PAPER, SETTING)
+    assert arm.hub.inertia / beam_inertia(PAPER) == pytest.approx(0.3)
+    assert arm.payload.mass / beam_mass(PAPER) == pytest.approx(0.5)
+    assert total_inertia(arm) == pytest.approx(
+        1.3 * beam_inertia(PAPER) + 0.5 * beam_mass(PAPER) * PAPER.beam.length**2
+    )
+
+
+def test_bandwidth_is_that_of_the_rigid_arm_under_lqr() -> None:
+    """LQR of J θ̈ = τ with the objective's limits has |s| = ω_c and damping 1/√2."""
+    arm = arm_of(PAPER, SETTING)
+    limits = objective_of(arm, 0.3, ("theta",)).limits
+    inertia = total_inertia(arm)
+    # The algebraic solution: K = [√(q/r), √(2J √(q/r))] with q = (reach/y)², r = 1/u².
+    stiffness = limits["torque"] * arm.beam.length / limits["tip"]
+    damping = math.sqrt(2 * inertia * stiffness)
+    poles = np.roots([inertia, damping, stiffness])
+    assert np.abs(poles) == pytest.approx(omega_of(arm, 0.3), rel=1e-12)
+    assert -poles.real / np.abs(poles) == pytest.approx(math.sqrt(0.5), rel=1e-12)
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.floats(0.2, 5.0), st.floats(0.1, 20.0), st.floats(0.1, 20.0))
+def test_rows_do_not_depend_on_units(length: float, mass: float, stiffness: float) -> None:
+    """The same shape in another size gives the same dimensionless row."""
+    small = Study("s", "", sc.Arm(sc.Beam(1.0, 1.0, 1.0)), (Grid(orders=(2,)),))
+    big = replace(small, arm=sc.Arm(sc.Beam(length, mass, stiffness)))
+    point = Point(replace(SETTING, payload_ratio=0.0), "clamped-free", 2, "lqg")
+    one, two = (evaluate_point(Work(s.arm, 10, point))[0] for s in (small, big))
+    assert one["outcome"] == two["outcome"] == "stable"
+    for key in ("loss", "phase_margin_deg", "delay_margin", "disk_margin", "residual"):
+        assert two[key] == pytest.approx(one[key], rel=1e-5), key
+
+
+def test_row_agrees_with_the_judge() -> None:
+    point = Point(SETTING, "slewing", 3, "lqg")
+    row = evaluate_point(Work(PAPER, 20, point))[0]
+    arm = arm_of(PAPER, SETTING)
+    case = Case("c", arm, objective_of(arm, 0.3, SETTING.sensors), "slewing", 3)
+    judged = Judge(case).evaluate("slewing", 3).evaluation
+    assert (row["outcome"] == "stable") == judged.stable
+    assert row["loss"] == (pytest.approx(judged.loss, rel=1e-9) if judged.stable else None)
+
+
+def test_study_is_the_same_over_threads_and_processes(tmp_path: Path) -> None:
+    grid = Grid(bases=("clamped-free", "slewing"), orders=(1, 2), hub_ratios=(0.0, 1.0))
+    study = Study("s", "", PAPER, (grid, grid), truth_modes=10)
+    with ThreadPoolExecutor(2) as threads:
+        first = run_study(study, tmp_path / "t", stamp={}, executor=threads)
+    second = run_study(study, tmp_path / "p", stamp={}, workers=2)
+    assert first.rows == second.rows
+    assert len(first.rows) == len(grid) == 8  # a point in two grids is tried once
+    assert len(first.slices) == 1
+    assert {tuple(row) for row in first.rows} == {tuple(first.rows[0])}
+    losses = first.slices[0].losses("slewing")
+    assert losses.shape == (2, 2)
+    assert not np.isnan(losses).any()
+
+
+def test_bad_grids_are_refused_with_their_axis() -> None:
+    with pytest.raises(InputError, match="bandwidths"):
+        Grid(bandwidths=(0.0,))
+    with pytest.raises(InputError, match="bases: unknown name 'slewin'"):
+        Grid(bases=("slewin",))
+    with pytest.raises(InputError, match="orders"):
+        Grid(orders=())
+    with pytest.raises(InputError, match=r"truth\.modes"):
+        Study("s", "", PAPER, (Grid(orders=(15,)),))
+
+
+def invented(basis: str, hub: float, n: int, loss: float | None) -> dict[str, object]:
+    return {
+        "hub_ratio": hub, "payload_ratio": 0.0, "damping_ratio": 0.01, "bandwidth": 0.3,
+        "sensors": "theta", "method": "lqg", "basis": basis, "n": n, "loss": loss,
+        "outcome": "unstable" if loss is None else "stable", "stable_on_twice": loss is not None,
+    }  # fmt: skip
+
+
+def test_duels_count_wins_draws_and_losses() -> None:
+    rows = [
+        invented("clamped-free", 0.0, 1, None), invented("slewing", 0.0, 1, 0.5),
+        invented("clamped-free", 0.0, 2, None), invented("slewing", 0.0, 2, None),
+        invented("clamped-free", 1.0, 1, 0.001), invented("slewing", 1.0, 1, 0.2),
+        invented("clamped-free", 1.0, 2, 0.001), invented("slewing", 1.0, 2, 0.002),
+        invented("clamped-free", 1.0, 3, 0.001),  # no partner: no pair
+    ]  # fmt: skip
+    total = duel(rows, "clamped-free", "slewing", None)
+    assert (total.first_wins, total.second_wins, total.draws) == (1, 1, 2)
+    found = answer(rows)
+    assert "2 of 4 pairs" in found.sentences[0]
+    assert "0 times the beam's the slewing basis is ahead, 1 to 0" in found.sentences[1]
+    turned = duel(rows, "slewing", "clamped-free", None)
+    assert (turned.first_wins, turned.second_wins) == (total.second_wins, total.first_wins)
+
+
+@pytest.fixture
+def few_trials(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slewctl.compare.advice.BANDWIDTHS", (0.1, 0.3))
+    monkeypatch.setattr("slewctl.compare.advice.ORDERS", (1, 2))
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_trials")
+def test_recommendation_holds_when_it_is_followed() -> None:
+    arm = sc.Arm(PAPER.beam, sc.Hub(0.05), damping_ratio=0.005)
+    advice = recommend(arm, truth_modes=12)
+    assert advice.limit(advice.basis, advice.n) == advice.bandwidth_hz > 0
+    chosen = [t for t in advice.trials if (t.basis, t.n) == (advice.basis, advice.n)]
+    for trial in chosen:
+        if trial.bandwidth_hz <= advice.bandwidth_hz:
+            objective = objective_of(arm, trial.bandwidth, advice.sensors)
+            model = sc.assemble(arm, create(advice.basis, advice.n, arm))
+            loop = sc.close(
+                sc.truth(arm), objective, sc.lqg(sc.generalised_plant(model, objective))
+            )
+            assert loop.stable
+            assert loop.margins.phase_deg.value >= 30
+    fewer = [t for t in advice.trials if t.n < advice.n]
+    assert all(advice.limit(t.basis, t.n) < advice.bandwidth_hz for t in fewer)
+
+
+@pytest.mark.usefixtures("few_trials")
+def test_no_recommendation_where_nothing_is_stable() -> None:
+    """Without damping every mode that the controller does not know is on the edge."""
+    with pytest.raises(DesignError, match="no design for"):
+        recommend(sc.Arm(PAPER.beam, sc.Hub(0.05)), truth_modes=12)

@@ -1,0 +1,201 @@
+"""The gate: variations judged as a person would by hand, and nothing hidden by a broken file."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slewctl import Hub, assemble, close, generalised_plant, lqg, truth
+from slewctl.arm import vary
+from slewctl.basis import create
+from slewctl.check import NOMINAL, accept
+from slewctl.check.baseline import Baseline
+from slewctl.compare import Judge
+from slewctl.errors import DesignError
+from slewctl.files import read_design
+from slewctl.gate import check_designs, check_file, examine
+from slewctl.gate.fingerprint import fingerprint
+
+fingerprint_module = sys.modules[
+    "slewctl.gate.fingerprint"
+]  # the package has a function of that name
+
+FAST = """\
+[arm]
+catalogue = "paper-beam"
+damping_ratio = 0.01
+hub = { inertia = 0.2 }
+[model]
+basis = "clamped-free"
+n = 2
+[controller]
+method = "lqg"
+limits = { tip = 0.03, torque = 1.0 }
+noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+[slew]
+angle_deg = 30
+duration_s = 2
+[truth]
+modes = 5
+[requirements]
+gain_margin_db = 6
+h2_loss_max = 0.5
+"""
+VARIED = FAST + (
+    "[variations.heavy]\npayload_mass = 0.1\n"
+    "[variations.light-hub]\nhub_inertia = 0.05\n"
+    "[variations.light-hub.requirements]\ndisk_margin = 0.9\n"
+)
+
+
+def written(folder: Path, name: str, text: str) -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_variation_is_the_nominal_controller_on_the_truth_of_the_varied_arm(
+    tmp_path: Path,
+) -> None:
+    design = read_design(written(tmp_path, "x.toml", VARIED))
+    result = examine(design)
+    case = design.case
+    model = assemble(case.arm, create(case.basis, case.n, case.arm))
+    controller = lqg(generalised_plant(model, case.objective))
+    for name, arm in {
+        NOMINAL: case.arm,
+        "heavy": vary(case.arm, payload_mass=0.1),
+        "light-hub": replace(case.arm, hub=Hub(0.05)),
+    }.items():
+        real = truth(arm, case.truth_modes)
+        loop = close(real, case.objective, controller)
+        best = lqg(generalised_plant(real, case.objective)).h2_cost
+        values = {name: reading.value for name, reading in result.recorded[name].items()}
+        margins = loop.margins
+        assert values["gain_margin_db"] == pytest.approx(
+            min(margins.gain_db.value, margins.gain_reduction_db.value), rel=1e-9
+        )
+        assert values["disk_margin"] == pytest.approx(margins.disk.value, rel=1e-9)
+        if name != "light-hub":
+            assert values["h2_loss_max"] == pytest.approx(loop.h2.value / best - 1, rel=1e-6)
+    asked = {
+        arm: [f.verdict.requirement for f in result.findings if f.arm == arm]
+        for arm in result.recorded
+    }
+    common = ["stable", "gain_margin_db", "h2_loss_max"]
+    assert asked == {NOMINAL: common, "heavy": common, "light-hub": ["stable", "disk_margin"]}
+    lines = [f.line for f in result.findings]
+    assert lines == [17, 18, 19, 20, 18, 19, 24, 25]
+
+
+def test_the_case_itself_is_a_variation_that_changes_nothing(tmp_path: Path) -> None:
+    case = read_design(written(tmp_path, "x.toml", FAST)).case
+    judge = Judge(case)
+    own, same = judge.evaluate(*judge.chosen).evaluation, judge.vary(case.arm)
+    np.testing.assert_array_equal(own.poles, same.poles)
+    assert own.margins is not None
+    assert same.margins is not None
+    assert own.margins.disk.value == same.margins.disk.value
+    assert own.margins.phase_deg.value == same.margins.phase_deg.value
+    assert own.finer == same.finer
+
+
+def test_the_controller_is_designed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    designed = []
+    design = Judge.design
+    monkeypatch.setattr(Judge, "design", lambda *a: designed.append(a[1:]) or design(*a))
+    examine(read_design(written(tmp_path, "x.toml", VARIED)))
+    assert designed == [("clamped-free", 2)]
+
+
+def test_a_broken_design_hides_nothing_of_the_others(tmp_path: Path) -> None:
+    written(tmp_path, "a.toml", FAST.replace("n = 2", "n = -2"))
+    written(tmp_path, "b.toml", "[arm")
+    written(tmp_path, "c.toml", FAST.replace("tip = 0.03", "tip_deflection = 0.03"))
+    written(tmp_path, "d.toml", FAST)
+    (tmp_path / "e.toml").mkdir()
+    seen: list[str] = []
+    results = check_designs([tmp_path], seen.append)
+    assert [r.status for r in results] == ["broken", "broken", "broken", "passed", "broken"]
+    assert [r.error_line for r in results[:3]] == [7, 1, 10]
+    assert [r.name for r in results] == ["a", "b", "c", "d", "e"]
+    for result in results:
+        if result.error:
+            assert result.error.startswith(str(result.file))
+            assert result.error.count(str(result.file)) == 1
+            assert "\n" not in result.error
+    assert seen == [str(result.file) for result in results]
+
+
+def test_a_variation_that_cannot_be_judged_keeps_what_was_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise DesignError("no optimum", where="plant", remedy="change it")
+
+    monkeypatch.setattr(Judge, "vary", refuse)
+    result = check_file(written(tmp_path, "x.toml", VARIED))
+    assert result.status == "broken"
+    assert "no optimum; change it" in result.error
+    assert [f.verdict.requirement for f in result.findings] == [
+        "stable",
+        "gain_margin_db",
+        "h2_loss_max",
+    ]
+
+
+@pytest.mark.parametrize(
+    "error",
+    [np.linalg.LinAlgError("SVD did not converge"), ZeroDivisionError("x"), ValueError("a\nb")],
+)
+def test_a_breakdown_of_arithmetic_is_told_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(Judge, "evaluate", fail)
+    result = check_file(written(tmp_path, "x.toml", FAST))
+    assert result.status == "broken"
+    assert "the computation broke down" in result.error
+    assert type(error).__name__ in result.error
+    assert "\n" not in result.error
+
+
+def test_unchanged_designs_are_skipped_and_only_those(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, "x.toml", FAST)
+    empty = Baseline(tmp_path / "b.json", {})
+    first = check_file(path, unchanged=empty)
+    assert first.status == "passed"
+    baseline, _ = accept(empty, [first])
+    again = check_file(path, unchanged=baseline)
+    assert (again.status, again.findings) == ("unchanged", ())
+    path.write_text(FAST + "# a comment\n")
+    assert check_file(path, unchanged=baseline).status == "passed"
+    path.write_text(FAST)
+    monkeypatch.setattr(fingerprint_module, "_programs", lambda: "slewctl 0.0.1")
+    assert check_file(path, unchanged=baseline).status == "passed"
+
+
+def test_fingerprints_cover_text_and_programs(monkeypatch: pytest.MonkeyPatch) -> None:
+    programs = fingerprint_module._programs()
+    for name in ("slewctl ", "numpy ", "scipy ", "control "):
+        assert name in programs
+    assert fingerprint("a") == fingerprint("a") != fingerprint("b")
+    before = fingerprint("a")
+    monkeypatch.setattr(fingerprint_module, "_programs", lambda: programs + "x")
+    assert fingerprint("a") != before
+
+
+@pytest.mark.skipif(not hasattr(os, "symlink"), reason="needs links")
+def test_one_design_under_two_names_is_judged_once(tmp_path: Path) -> None:
+    path = written(tmp_path, "x.toml", "[arm")
+    (tmp_path / "y.toml").symlink_to(path)
+    assert len(check_designs([tmp_path])) == 1

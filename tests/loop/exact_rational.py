@@ -1,0 +1,74 @@
+"""Crossings of a loop in exact arithmetic: its entries are rationals, its roots isolated.
+
+Every double is a rational number.  With P = det(sI − A) and N = det(sI − A + BC) − P + D·P
+the loop is L = N/P exactly, |L| = 1 and Im L = 0 on the axis are polynomials in ω², and
+their positive roots are isolated without rounding (python-flint).
+"""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+from flint import fmpq, fmpq_mat, fmpq_poly
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def _matrix(values: Array) -> fmpq_mat:
+    rows = np.atleast_2d(np.asarray(values, dtype=float))
+    return fmpq_mat([[fmpq(*float(v).as_integer_ratio()) for v in row] for row in rows])
+
+
+def fraction(loop: control.StateSpace) -> tuple[fmpq_poly, fmpq_poly]:
+    """Return numerator and denominator of L on the axis: in s, or in s = (z − 1)/(z + 1)."""
+    A, B, C = _matrix(loop.A), _matrix(loop.B), _matrix(loop.C)
+    D = fmpq(*float(loop.D[0, 0]).as_integer_ratio())
+    P = A.charpoly()
+    N = (A - B * C).charpoly() - P + D * P
+    if loop.dt:
+        N, P = _bilinear(N, loop.nstates), _bilinear(P, loop.nstates)
+    common = N.gcd(P)
+    return N // common, P // common
+
+
+def _bilinear(polynomial: fmpq_poly, degree: int) -> fmpq_poly:
+    """Return (1 − s)ⁿ·p((1 + s)/(1 − s))."""
+    up, down = fmpq_poly([1, 1]), fmpq_poly([1, -1])
+    total = fmpq_poly([0])
+    for k in range(degree + 1):
+        total += polynomial[k] * up**k * down ** (degree - k)
+    return total
+
+
+def _parts(polynomial: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
+    """Return e and o of p(jω) = e(x) + jω·o(x), x = ω²."""
+    coefficients = polynomial.coeffs()
+    sign = [1, -1]
+    even = [sign[k % 2] * c for k, c in enumerate(coefficients[0::2])]
+    odd = [sign[k % 2] * c for k, c in enumerate(coefficients[1::2])]
+    return fmpq_poly(even), fmpq_poly(odd)
+
+
+def _positive_roots(polynomial: fmpq_poly, step: float) -> Array:
+    """Return ω in rad/s of the roots x = ω² > 0 where the polynomial changes sign."""
+    found: list[float] = []
+    for factor, multiplicity in polynomial.numer().factor_squarefree()[1]:
+        if multiplicity % 2 and factor.degree() > 0:
+            roots = [root for root, _ in factor.complex_roots() if root.imag == 0]
+            found += [float(root.real.mid()) for root in roots if root.real > 0]
+    v = np.sqrt(np.sort(found))
+    return 2 * np.arctan(v) / step if step else v
+
+
+def gain_crossings(loop: control.StateSpace) -> Array:
+    """Return every ω > 0 in rad/s where |L| passes one."""
+    (ne, no), (pe, po) = (_parts(p) for p in fraction(loop))
+    x = fmpq_poly([0, 1])
+    return _positive_roots(ne * ne + x * no * no - pe * pe - x * po * po, float(loop.dt or 0))
+
+
+def real_crossings(loop: control.StateSpace) -> Array:
+    """Return every ω > 0 in rad/s where Im L changes sign at a finite, nonzero L."""
+    (ne, no), (pe, po) = (_parts(p) for p in fraction(loop))
+    return _positive_roots(no * pe - ne * po, float(loop.dt or 0))

@@ -1,0 +1,92 @@
+"""The confirmation by poles contradicts what is wrong, and the root finder finds roots."""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slewctl.loop.broken import BrokenLoop
+from slewctl.loop.confirm import Limit, gain_doubts, phase_doubts
+from slewctl.loop.crossings import crossings, log_gain, sampled
+from slewctl.loop.roots import polished
+
+S = control.tf("s")
+# Two resonances lift |L| above one beside the first crossing: five crossings.
+LOOP = control.ss(
+    2 / (S * (S + 2)) + 0.15 * S / (S**2 + 0.02 * S + 9) + 0.2 * S / (S**2 + 0.02 * S + 36)
+)
+
+
+def parts(system: control.StateSpace) -> tuple[BrokenLoop, np.ndarray, np.ndarray, np.ndarray]:
+    loop = BrokenLoop(system)
+    gain = crossings(loop, sampled(loop), log_gain)
+    return loop, -np.angle(-loop.response(gain.omega)), gain.omega, gain.rising
+
+
+@pytest.mark.parametrize("step", [0, 0.01])
+def test_nothing_is_doubted_where_nothing_is_wrong(step: float) -> None:
+    loop, turns, omega, rising = parts(control.ss(LOOP.sample(step) if step else LOOP))
+    assert len(turns) == 5
+    assert phase_doubts(loop, turns, omega, rising) == []
+
+
+@pytest.mark.parametrize("missing", range(5))
+def test_a_missing_crossing_is_noticed(missing: int) -> None:
+    loop, turns, omega, rising = parts(LOOP)
+    kept = np.arange(len(turns)) != missing
+    assert phase_doubts(loop, turns[kept], omega[kept], rising[kept])
+
+
+def test_a_missing_critical_pair_is_noticed() -> None:
+    loop, turns, omega, rising = parts(LOOP)
+    k = int(np.argmin(np.abs(turns)))
+    kept = np.ones(len(turns), dtype=bool)
+    kept[[k, k - 1 if k else k + 1]] = False
+    assert phase_doubts(loop, turns[kept], omega[kept], rising[kept])
+
+
+def test_a_margin_that_is_too_large_or_invented_is_noticed() -> None:
+    """1/(s(s + 1)(s + 2)) has the gain margin 6 at √2 rad/s."""
+    loop = BrokenLoop(control.ss(1 / (S * (S + 1) * (S + 2))))
+    right = Limit(6.0, float(np.sqrt(2)))
+    assert gain_doubts(loop, [right]) == []
+    assert gain_doubts(loop, [])  # infinite, as if it had been overlooked
+    assert gain_doubts(loop, [Limit(7.0, float(np.sqrt(2)))])
+    assert gain_doubts(loop, [Limit(5.0, float(np.sqrt(2))), right])
+    assert gain_doubts(loop, [Limit(0.5, 1.0), right])
+
+
+def test_a_shift_of_a_millionth_is_noticed() -> None:
+    loop = BrokenLoop(control.ss(1 / (S * (S + 1) * (S + 2))))
+    assert gain_doubts(loop, [Limit(6.0 * (1 + 3e-6), float(np.sqrt(2)))])
+    assert gain_doubts(loop, [Limit(6.0 * (1 - 3e-6), float(np.sqrt(2)))])
+
+
+@given(st.lists(st.floats(-10, 10), min_size=1, max_size=30))
+@settings(deadline=None, max_examples=50, derandomize=True)
+def test_polished_roots(roots: list[float]) -> None:
+    known = np.array(roots)
+
+    def function(x: np.ndarray) -> np.ndarray:
+        # Each enclosure has its own cubic; the order of the points is that of the roots.
+        shift = x - function.known[: len(x)]  # type: ignore[attr-defined]
+        return shift**3 + 0.1 * shift
+
+    for value in known:
+        function.known = np.array([value])  # type: ignore[attr-defined]
+        found = polished(function, np.array([value - 1.0]), np.array([value + 2.0]))
+        assert found[0] == pytest.approx(value, abs=1e-14, rel=1e-14)
+
+
+def test_many_enclosures_together() -> None:
+    left = np.arange(1, 40) * np.pi - 1.0
+    found = polished(np.sin, left, left + 2.1)
+    np.testing.assert_allclose(found, np.arange(1, 40) * np.pi, rtol=1e-15)
+
+
+def test_an_end_that_is_the_root_stays() -> None:
+    assert polished(np.sin, np.array([np.pi]), np.array([4.0]))[0] == pytest.approx(np.pi)
+    assert len(polished(np.sin, np.zeros(0), np.zeros(0))) == 0

@@ -1,0 +1,107 @@
+"""The third finding: raw coordinates stop a solver, scaled ones do not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slewctl.paper.conditioning import (
+    HUB_RATIOS,
+    MOST_FUNCTIONS,
+    Attempt,
+    ConditioningFinding,
+    conditioning,
+)
+from slewctl.paper.conditioning_words import conditioning_words
+
+
+@pytest.fixture(scope="module")
+def finding() -> ConditioningFinding:
+    return conditioning()
+
+
+def attempts(finding: ConditioningFinding, kind: str) -> list[Attempt]:
+    return [
+        a
+        for p in finding.points
+        for a in (getattr(p, f"covariance_{kind}"), getattr(p, f"riccati_{kind}"))
+    ]
+
+
+def test_every_case_is_there(finding: ConditioningFinding) -> None:
+    assert len(finding.points) == len(HUB_RATIOS) * 2 * MOST_FUNCTIONS
+    for ratio in HUB_RATIOS:
+        for basis in ("clamped-free", "slewing"):
+            assert [p.n for p in finding.of(ratio, basis)] == list(range(1, MOST_FUNCTIONS + 1))
+
+
+def test_raw_coordinates_stop_the_solver_and_scaling_cures_it(finding: ConditioningFinding) -> None:
+    raw, scaled = attempts(finding, "raw"), attempts(finding, "scaled")
+    assert sum(not a.optimal for a in raw) >= 10
+    assert all(a.gap is not None and a.gap < 1e-5 for a in scaled)
+    assert finding.own_gap is not None
+    assert finding.own_gap <= 1e-11
+
+
+def test_the_papers_argument_holds_without_a_hub(finding: ConditioningFinding) -> None:
+    """Without a hub the new functions' matrices are less stiff, and a solver gets farther."""
+    for reach in finding.reaches:
+        if reach.hub_ratio == 0 and reach.basis == "slewing":
+            other = next(
+                r for r in finding.reaches
+                if (r.hub_ratio, r.form, r.basis) == (0, reach.form, "clamped-free")
+            )  # fmt: skip
+            assert reach.raw > other.raw
+    clamped, slewing = (finding.of(0.0, basis)[-1] for basis in ("clamped-free", "slewing"))
+    assert clamped.raw_condition > 30 * slewing.raw_condition
+    clamped, slewing = (finding.of(1.0, basis)[-1] for basis in ("clamped-free", "slewing"))
+    assert slewing.mass_condition > 100 * clamped.mass_condition
+    assert slewing.raw_condition > 0.5 * clamped.raw_condition
+
+
+def test_scaling_lowers_the_condition_number(finding: ConditioningFinding) -> None:
+    """From four powers of the frequency ratio to one, whatever the basis."""
+    for p in finding.points:
+        assert p.scaled_condition <= p.raw_condition
+    for ratio in HUB_RATIOS:
+        for basis in ("clamped-free", "slewing"):
+            last = finding.of(ratio, basis)[-1]
+            assert last.raw_condition > 1e3 * last.scaled_condition
+
+
+def test_gaps_are_shown_to_a_decade_where_they_are_noise(finding: ConditioningFinding) -> None:
+    found = [a.gap for p in finding.points for a in (p.own, p.riccati_scaled, p.covariance_raw)]
+    small = [gap for gap in found if gap is not None and gap < 1e-6]
+    assert small
+    for gap in small:
+        assert gap >= 1e-12
+        assert math.log10(gap) == pytest.approx(round(math.log10(gap)), abs=1e-9)
+    assert {a.gap is None for a in attempts(finding, "raw") if a.optimal} == {False}
+
+
+def test_words_follow_the_figures(finding: ConditioningFinding) -> None:
+    words = conditioning_words(finding)
+    assert len(words) == len(HUB_RATIOS) + 2
+    assert "scaling cures it" in words[-1]
+    assert f"{finding.without_point} ended without" in words[-2]
+    everything = tuple(replace(r, raw=MOST_FUNCTIONS) for r in finding.reaches)
+    assert "do not hurt the solver" in conditioning_words(replace(finding, reaches=everything))[0]
+    turned = tuple(replace(r, raw=5 if r.basis == "clamped-free" else 2) for r in finding.reaches)
+    assert "does not hold" in conditioning_words(replace(finding, reaches=turned))[0]
+    broken = replace(
+        finding.points[0], riccati_scaled=Attempt("failed", None, optimal=False, believed=False)
+    )
+    uncured = replace(finding, points=(broken, *finding.points[1:]))
+    assert "does not cure every case" in conditioning_words(uncured)[-1]
+
+
+def test_condition_numbers_are_those_of_the_matrices(finding: ConditioningFinding) -> None:
+    """A uniform check by hand: one function, K has one entry, M is two by two."""
+    for p in finding.points:
+        assert p.mass_condition >= 1
+        if p.n == 1:
+            assert p.stiffness_condition == 1
+        assert np.isfinite([p.raw_condition, p.scaled_condition]).all()

@@ -1,0 +1,191 @@
+"""The pytest plugin: which files it takes for designs, what it tells, and what it costs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import slewctl.testing.collect  # loaded here, so that inner runs need not reload it
+
+ROOT = Path(__file__).parents[2]
+FAST = """\
+[arm]
+catalogue = "paper-beam"
+damping_ratio = 0.01
+hub = { inertia = 0.2 }
+[model]
+basis = "clamped-free"
+n = 2
+[controller]
+method = "lqg"
+limits = { tip = 0.03, torque = 1.0 }
+noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+[slew]
+angle_deg = 30
+duration_s = 2
+[truth]
+modes = 5
+[requirements]
+gain_margin_db = 6
+disk_margin = 5
+[variations.heavy]
+payload_mass = 0.1
+requirements.phase_margin_deg = 80
+"""
+BROKEN = FAST.replace("n = 2", "n = -2")
+
+Inner = Callable[..., pytest.RunResult]
+
+
+@pytest.fixture
+def inner(pytester: pytest.Pytester, request: pytest.FixtureRequest) -> Inner:
+    """Run pytest with the plugin, installed or not, in an empty folder."""
+    pytester.syspathinsert(ROOT)
+    here = request.config.pluginmanager.has_plugin("slewctl")
+    plugin = [] if here else ["-p", "pytest_slewctl"]
+    # The last of them takes two seconds to say that it has nothing to say.
+    plugin += ["-p", "no:cacheprovider", "-p", "no:hypothesispytest"]
+    return lambda *options: pytester.runpytest_inprocess(*plugin, *options)
+
+
+def designs(pytester: pytest.Pytester, folder: str = "designs", **texts: str) -> None:
+    for name, text in texts.items():
+        path = pytester.path / folder / f"{name}.toml"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+def test_a_design_is_a_test_for_each_requirement(pytester: pytest.Pytester, inner: Inner) -> None:
+    designs(pytester, good=FAST)
+    result = inner("--slewctl", "-v", "designs")
+    result.assert_outcomes(passed=3, failed=2)
+    result.stdout.fnmatch_lines_random(
+        [
+            "designs/good.toml::stable PASSED*",
+            "designs/good.toml::gain_margin_db PASSED*",
+            "designs/good.toml::disk_margin FAILED*",
+            "designs/good.toml::stable[[]heavy] PASSED*",
+            "designs/good.toml::phase_margin_deg[[]heavy] FAILED*",
+        ]
+    )
+
+
+def test_a_failure_tells_value_limit_place_and_arm(pytester: pytest.Pytester, inner: Inner) -> None:
+    designs(pytester, good=FAST)
+    result = inner("--slewctl", "designs")
+    result.stdout.re_match_lines(
+        [
+            r".*good\.toml:19: disk_margin does not hold",
+            r"  value  0\.\d+ at [\d.]+ Hz",
+            r"  limit  >= 5$",
+            r".*good\.toml:22: phase_margin_deg does not hold",
+            r"  value  [\d.]+ deg at [\d.]+ Hz",
+            r"  limit  >= 80 deg",
+            r"  arm    variation heavy",
+        ]
+    )
+    result.stdout.no_fnmatch_line("*Traceback*")
+    result.stdout.no_fnmatch_line("*def runtest*")
+
+
+def test_a_broken_design_is_one_failure_and_hides_no_other(
+    pytester: pytest.Pytester, inner: Inner
+) -> None:
+    designs(pytester, broken=BROKEN, torn="[arm]\n[controller]\nlimits = {", good=FAST)
+    result = inner("--slewctl", "designs", "-k", "can_be_judged or gain_margin_db")
+    result.assert_outcomes(passed=1, failed=2, deselected=4)
+    result.stdout.fnmatch_lines(["*broken.toml:7: model.n: -2 is not allowed; give *"])
+    result.stdout.fnmatch_lines(["*torn.toml:3: not valid TOML*"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[project]\nname = 'x'\n",
+        "[arm]\nx = 1\n",
+        "[controller]\n",
+        "arm = 1\ncontroller = 2\n",
+        "][",
+    ],
+)
+def test_other_toml_files_are_left_alone(
+    pytester: pytest.Pytester, inner: Inner, text: str
+) -> None:
+    designs(pytester, other=text)
+    inner("--slewctl", "designs").assert_outcomes()
+
+
+def test_nothing_is_collected_unless_asked(pytester: pytest.Pytester, inner: Inner) -> None:
+    designs(pytester, good=FAST)
+    pytester.makepyfile(test_x="def test_x(): pass")
+    inner().assert_outcomes(passed=1)
+
+
+def test_the_ini_option_names_folders(pytester: pytest.Pytester, inner: Inner) -> None:
+    designs(pytester, good=BROKEN)
+    designs(pytester, "elsewhere", good=BROKEN)
+    pytester.makepyfile(test_x="def test_x(): pass")
+    pytester.makeini("[pytest]\nslewctl_designs = designs\n")
+    inner().assert_outcomes(passed=1, failed=1)
+    inner("test_x.py").assert_outcomes(passed=1)
+    inner("designs").assert_outcomes(failed=1)
+    inner("elsewhere").assert_outcomes()
+
+
+def test_the_ini_option_adds_to_testpaths_and_to_nothing_named(
+    pytester: pytest.Pytester, inner: Inner
+) -> None:
+    designs(pytester, good=BROKEN)
+    pytester.mkdir("tests").joinpath("test_x.py").write_text("def test_x(): pass")
+    pytester.makeini("[pytest]\ntestpaths = tests\nslewctl_designs = designs\n  nowhere\n")
+    inner().assert_outcomes(passed=1, failed=1)
+    inner("tests").assert_outcomes(passed=1)
+
+
+def test_designs_can_be_selected_by_their_mark(pytester: pytest.Pytester, inner: Inner) -> None:
+    designs(pytester, good=BROKEN)
+    pytester.makepyfile(test_x="def test_x(): pass")
+    inner("--slewctl", "--strict-markers", "-m", "slewctl").assert_outcomes(failed=1, deselected=1)
+    inner("--slewctl", "-m", "not slewctl").assert_outcomes(passed=1, deselected=1)
+
+
+def test_a_design_is_judged_once_and_only_if_a_test_of_it_runs(
+    pytester: pytest.Pytester, inner: Inner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    judged = []
+    examine = slewctl.testing.collect.examine
+    monkeypatch.setattr(
+        slewctl.testing.collect, "examine", lambda d: judged.append(d.path.stem) or examine(d)
+    )
+    designs(pytester, a=FAST, b=FAST)
+    inner("--slewctl", "--collect-only", "designs")
+    assert judged == []
+    inner("--slewctl", "designs/b.toml")
+    assert judged == ["b"]
+
+
+def test_the_plugin_costs_nothing_when_it_is_not_used() -> None:
+    code = (
+        "import sys, pytest\n"
+        "status = pytest.main(['--co', '-q', '-p', 'no:cacheprovider', '--noconftest', sys.argv[1]])\n"
+        "loaded = {'slewctl', 'numpy', 'scipy', 'control'} & set(sys.modules)\n"
+        "assert 'pytest_slewctl' in sys.modules and not loaded, loaded"
+    )
+    plugin = ["-c", f"import sys; sys.path.insert(0, {str(ROOT)!r}); import pytest_slewctl\n{code}"]
+    done = subprocess.run(
+        [sys.executable, *plugin, str(ROOT / "designs")],
+        capture_output=True, text=True, check=False, cwd=ROOT / "designs",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_package_registers_the_plugin() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert project["project"]["entry-points"]["pytest11"] == {"slewctl": "pytest_slewctl"}
+    assert "pytest_slewctl" in project["tool"]["setuptools"]["py-modules"]
+    assert (ROOT / "pytest_slewctl.py").is_file()
