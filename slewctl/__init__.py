@@ -22,17 +22,23 @@ from slewctl.arm import catalogue as arms
 from slewctl.basis import ArmMatched, ClampedFree, HubMatched, Polynomial, Slewing, WithStatic
 from slewctl.design import (
     Controller,
+    h2_estimator,
+    h2_hinf,
     h2_lmi,
+    h2_region,
+    h2_state_feedback,
     kalman,
     lead,
     lqg,
     lqr,
+    payload_lmi,
     pd_notch,
     place,
     place_observer,
     pole_placement,
     pole_sensitivity,
     positive_position,
+    variance_bound,
 )
 from slewctl.errors import AccuracyError, DesignError, InputError, SlewctlError
 from slewctl.loop import (
@@ -117,7 +123,11 @@ __all__ = [
     "close",
     "fit",
     "generalised_plant",
+    "h2_estimator",
+    "h2_hinf",
     "h2_lmi",
+    "h2_region",
+    "h2_state_feedback",
     "hub_locked_frequencies_hz",
     "hybrid_delay_margin",
     "kalman",
@@ -130,6 +140,7 @@ __all__ = [
     "multiloop_margins",
     "nonlinear_system",
     "nu_gap",
+    "payload_lmi",
     "pd_notch",
     "place",
     "place_observer",
@@ -145,5 +156,6 @@ __all__ = [
     "stability_margin_bpc",
     "state_space",
     "truth",
+    "variance_bound",
     "vary",
 ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slewctl._show import DataFrame, table_html, to_frame
 from slewctl._types import Array, ComplexArray
 from slewctl.compare.case import Case
 from slewctl.compare.evaluation import Evaluation, Judge, Outcome
@@ -15,10 +16,10 @@ from slewctl.model import Model, beam_inertia
 
 Progress = Callable[[str], None]
 
-_CURVE_POINTS = 200
+_CURVE_POINTS = 120
 SHAPES_SHOWN = 6
 # A step of a curve, in nepers and radians together, that is still drawn as a line.
-_CURVE_STEP = 0.4
+_CURVE_STEP = 0.6
 # A lightly damped zero is this much narrower than the distance of the first points.
 _CURVE_HALVINGS = 12
 
@@ -126,6 +127,31 @@ class Comparison:
 
     cases: tuple[CaseResult, ...]
 
+    def rows(self) -> list[dict[str, object]]:
+        """Return one row for each design of each case."""
+        return [
+            {
+                "case": case.case.name,
+                "basis": e.basis,
+                "n": e.n,
+                "stable": e.stable,
+                "loss": e.loss,
+                "gain_margin_db": e.margins and e.margins.gain_db.value,
+                "phase_margin_deg": e.margins and e.margins.phase_deg.value,
+                "disk_margin": e.margins and e.margins.disk.value,
+                "verified": e.verified,
+            }
+            for case in self.cases
+            for e in case.evaluations
+        ]
+
+    def _repr_html_(self) -> str:
+        return table_html(self.rows(), "designs judged on the truth")
+
+    def to_frame(self) -> DataFrame:
+        """Return the rows as a pandas data frame."""
+        return to_frame(self.rows())
+
 
 def compare(cases: Iterable[Case], progress: Progress | None = None) -> Comparison:
     """Return every case's design, and its alternatives, judged on the truth.
@@ -230,6 +256,6 @@ def _frequencies(loop: Loop) -> Array:
 
 
 def _shapes(source: str, model: Model, modes: int) -> ModeShapes:
-    x = np.linspace(0.0, model.arm.beam.length, 101)
+    x = np.linspace(0.0, model.arm.beam.length, 51)
     displacements = (model.displacement(x) @ model.mode_shapes[:, 1 : modes + 1]).T
     return ModeShapes(source, x, displacements, model.frequencies_hz[:modes])

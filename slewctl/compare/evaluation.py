@@ -17,6 +17,9 @@ from slewctl.loop import Loop, Margins, SlewResponse, SlewSummary, close, simula
 from slewctl.model import Model, Truth, assemble, truth
 from slewctl.plant import generalised_plant
 
+# Times at which a slew is drawn; its summary is read from four times as many.
+_SLEW_POINTS = 201
+
 
 @dataclass(frozen=True)
 class PoleDamping:
@@ -191,7 +194,7 @@ class Judge:
         loop = close(self.truth, self.case.objective, controller)
         kept = self.truth.omega[: model.n]
         stable = loop.stable
-        slew = simulate_slew(loop, self.case.slew) if stable else None
+        slew = simulate_slew(loop, self.case.slew, _SLEW_POINTS) if stable else None
         return Outcome(
             Evaluation(
                 basis=basis,

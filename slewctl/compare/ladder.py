@@ -7,10 +7,12 @@ mode that the design should have known, or filtered.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl.basis import Combined
 from slewctl.compare.case import Case
 from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
@@ -96,6 +98,36 @@ class Ladder:
     controller: Controller
     rungs: tuple[Rung, ...]
     truth_tolerance: float
+
+    def rows(self) -> list[dict[str, object]]:
+        """Return one row for each rung."""
+        names = ("modes", "frequency_hz", "stable", "gain_db", "phase_deg", "disk", "loss")
+        return [{name: getattr(rung, name) for name in names} for rung in self.rungs]
+
+    def _repr_html_(self) -> str:
+        return table_html(self.rows(), str(self))
+
+    def to_frame(self) -> DataFrame:
+        """Return the rungs as a pandas data frame."""
+        return to_frame(self.rows())
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw gain and phase margin over the number of modes let in; unstable rungs are gaps.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            By default those of a new figure.
+        """
+        ax = axes_or_new(ax)
+        modes = [rung.modes for rung in self.rungs]
+        for name, label in (("gain_db", "gain margin (dB)"), ("phase_deg", "phase margin (deg)")):
+            values = [getattr(rung, name) for rung in self.rungs]
+            ax.plot(modes, [math.nan if v is None else v for v in values], "o-", label=label)
+        ax.set_xlabel("modes of the truth")
+        ax.set_title(f"{self.basis}, n = {self.n}")
+        ax.legend()
+        return ax
 
     @property
     def first_unstable(self) -> Rung | None:

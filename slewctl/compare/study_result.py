@@ -138,12 +138,13 @@ class StudyResult:
 
     @cached_property
     def slices(self) -> tuple[StudySlice, ...]:
-        """Every combination of the other axes that spans hub inertias and orders."""
+        """The combinations of the other axes that span the most hub inertias and orders."""
         parts: dict[str, list[Row]] = {}
         for row in self.rows:
             parts.setdefault(_title(row), []).append(row)
-        slices = (StudySlice(title, rows) for title, rows in parts.items())
-        return tuple(s for s in slices if len(s.hub_ratios) > 1 and len(s.orders) > 1)
+        slices = [StudySlice(title, rows) for title, rows in parts.items()]
+        widest = max((len(s.hub_ratios) for s in slices), default=0)
+        return tuple(s for s in slices if len(s.hub_ratios) == widest > 1 and len(s.orders) > 1)
 
 
 def _title(row: Row) -> str:

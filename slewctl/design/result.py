@@ -10,6 +10,7 @@ from typing import Literal
 import control
 import numpy as np
 
+from slewctl._show import table_html
 from slewctl._types import Array, ComplexArray
 from slewctl.design.reference import (
     REFERENCE,
@@ -146,6 +147,18 @@ class Controller:
         states = f"{self.system.nstates} states"
         clock = f", every {self.sample_time:g} s" if self.sample_time else ""
         return f"<{self.method} controller, {states}{clock}, from {', '.join(self.sensors)}>"
+
+    def _repr_html_(self) -> str:
+        checks = [
+            {
+                "check": check.name,
+                "error": check.error,
+                "allowed": check.tolerance,
+                "passed": check.passed,
+            }
+            for check in self.certificate.checks
+        ]
+        return table_html(checks, f"{self!r} {'; '.join(self.assumptions)}")
 
     @property
     def sample_time(self) -> float:

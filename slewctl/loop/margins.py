@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import control
 import numpy as np
 
+from slewctl._show import DataFrame, table_html, to_frame
 from slewctl._types import Array
 from slewctl.errors import InputError, check_number
 from slewctl.loop import perturbation
@@ -108,6 +109,28 @@ class Margins:
     confirmed: bool
     skew: float = 0.0
     doubts: tuple[str, ...] = ()
+
+    def rows(self) -> list[dict[str, object]]:
+        """Return one row for each margin: name, value, frequency, mode and note."""
+        names = ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus", "disk")
+        return [
+            {
+                "margin": name,
+                "value": crossing.value,
+                "frequency_hz": crossing.frequency_hz,
+                "mode": crossing.mode,
+                "note": crossing.note,
+            }
+            for name in names
+            for crossing in [getattr(self, name)]
+        ]
+
+    def _repr_html_(self) -> str:
+        return table_html(self.rows(), "" if self.confirmed else "NOT confirmed")
+
+    def to_frame(self) -> DataFrame:
+        """Return the rows as a pandas data frame."""
+        return to_frame(self.rows())
 
     @property
     def disk_gains(self) -> tuple[float, float]:

@@ -8,6 +8,7 @@ import control
 import numpy as np
 from scipy.linalg import expm
 
+from slewctl._show import Axes, DataFrame, axes_or_new, to_frame
 from slewctl._types import Array, BoolArray
 from slewctl.errors import InputError, check_count, check_number, check_positive
 from slewctl.loop.closed import Loop
@@ -126,6 +127,28 @@ class SlewResponse:
     actuator: Array
     tip_reference: Array
     summary: SlewSummary
+
+    def to_frame(self) -> DataFrame:
+        """Return the curves as a pandas data frame, one time a row."""
+        names = ("t", "theta", "tip", "tip_deflection", "torque", "tip_reference")
+        columns = [getattr(self, name).tolist() for name in names]
+        return to_frame([dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the tip and where it should be.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            By default those of a new figure.
+        """
+        ax = axes_or_new(ax)
+        ax.plot(self.t, self.tip_reference, lw=4, alpha=0.4, label="wanted")
+        ax.plot(self.t, self.tip, label="tip")
+        ax.set_xlabel("time (s)")
+        ax.set_ylabel("tip (m)")
+        ax.legend()
+        return ax
 
 
 def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:

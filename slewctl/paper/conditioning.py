@@ -24,11 +24,9 @@ from slewctl.design.h2_gains import h2_state_feedback
 from slewctl.design.h2_setting import GAP, H2Setting, h2_setting, stable_cost
 from slewctl.design.textbook import TextbookRun, covariance_form, riccati_form
 from slewctl.model import assemble
+from slewctl.paper.findings import DAMPING_RATIO, LIMITS, NOISE
 from slewctl.plant import Objective, generalised_plant
 
-DAMPING_RATIO = 0.005
-LIMITS = {"tip": 0.1, "torque": 1.0}  # m, N·m
-NOISE = {"torque": 0.1, "theta": 1e-3, "theta_dot": 1e-2}  # N·m, rad and rad/s per √Hz
 HUB_RATIOS = (0.0, 1.0)
 MOST_FUNCTIONS = 8
 BASES: dict[str, Callable[[int], Basis]] = {"clamped-free": ClampedFree, "slewing": Slewing}

@@ -14,7 +14,7 @@ from slewctl.report.comparison_figures import (
     shapes_figure,
     slew_figure,
 )
-from slewctl.report.export import csv_text, json_text, to_plain, write_files
+from slewctl.report.export import csv_text, json_text, packed_csv, to_plain, write_files
 from slewctl.report.page import render, versions
 
 
@@ -25,8 +25,8 @@ def write_comparison(comparison: Comparison, folder: Path) -> Path:
     ----------
     comparison : Comparison
     folder : Path
-        Gets ``index.html``, ``results.json`` and the CSV tables ``designs``, ``poles``,
-        ``loops``, ``slews``, ``shapes`` and ``truths``.
+        Gets ``index.html``, ``results.json``, the CSV tables ``designs`` and ``truths``, and
+        gzipped the long ones: ``poles``, ``loops``, ``slews`` and ``shapes``.
 
     Raises
     ------
@@ -36,19 +36,29 @@ def write_comparison(comparison: Comparison, folder: Path) -> Path:
     page = render(
         "comparison.html", cases=[_section(k, case) for k, case in enumerate(comparison.cases)]
     )
-    results = {"versions": versions(), "cases": comparison.cases}
-    files = {
+    results = {"versions": versions(), "cases": [_without_curves(c) for c in comparison.cases]}
+    files: dict[str, str | bytes] = {
         "index.html": page,
         "results.json": json_text(results),
         "truths.csv": csv_text(_truth_rows(comparison)),
         "designs.csv": csv_text(_design_rows(comparison)),
-        "poles.csv": csv_text(_pole_rows(comparison)),
-        "loops.csv": csv_text(_loop_rows(comparison)),
-        "slews.csv": csv_text(_slew_rows(comparison)),
-        "shapes.csv": csv_text(_shape_rows(comparison)),
+        "poles.csv.gz": packed_csv(_pole_rows(comparison)),
+        "loops.csv.gz": packed_csv(_loop_rows(comparison)),
+        "slews.csv.gz": packed_csv(_slew_rows(comparison)),
+        "shapes.csv.gz": packed_csv(_shape_rows(comparison)),
     }
     write_files(folder, files)
     return folder / "index.html"
+
+
+def _without_curves(result: CaseResult) -> dict[str, Any]:
+    """Return a case as JSON knows it, without what the long tables hold."""
+    plain = to_plain(result)
+    for evaluation in plain["evaluations"]:
+        del evaluation["poles"]
+    plain["chosen"] = {key: plain["chosen"][key] for key in ("basis", "n")}
+    del plain["curves"], plain["shapes"]
+    return dict(plain)
 
 
 def _section(place: int, result: CaseResult) -> dict[str, Any]:

@@ -51,6 +51,7 @@ _SETTINGS: Any = {
     "figure.facecolor": "none",
     "savefig.facecolor": "none",
     "axes.unicode_minus": True,
+    "path.simplify_threshold": 0.3,  # in points: lines that differ by less look the same
 }
 INK = _INK
 
@@ -82,28 +83,37 @@ def svg(fig: Figure, name: str, description: str) -> str:
         fig.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     text = text[text.index("<svg") :]
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.S)
+    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text, flags=re.S)
     text = _renumbered(text, name)
     text = text.replace(_INK, "currentColor").replace(_FAINT, "currentColor")
-    # Two decimals of a point are finer than any screen; text is left as it is.
+    # A tenth of a point is finer than a reader sees; text is left as it is.
     text = re.sub(
         r'\b(?:d|points|transform|x|y|width|height)="[^"]*"',
-        lambda found: re.sub(r"(\.\d{2})\d+", r"\1", found[0]),
+        lambda found: re.sub(r"(\.\d)\d+", r"\1", found[0]),
         text,
     )
+    text = re.sub(r"\s+", " ", text).replace("> <", "><")
+    # The marks of an axis are lines, drawn in full where they are defined.
+    text = re.sub(
+        r'(<use [^>]*) style="fill: (\S+); stroke: \2; stroke-width: 0.[68]"', r"\1", text
+    )
+    text = text.replace("font-family: 'DejaVu Sans'; ", "").replace("<g></g>", "")
+    # Behind "move to", pairs of numbers are lines to there.
+    text = re.sub(r'\bd="M[^CQHVASz"]*"', lambda found: found[0].replace(" L ", " "), text)
     label = description.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
     return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
 
 
 def _renumbered(text: str, name: str) -> str:
-    """Return SVG text with its identifiers counted, instead of hashed from coordinates.
+    """Return SVG text with the identifiers that something refers to counted, and no others.
 
-    A hash changes with the last digit of a coordinate, and two figures of a page may share
-    it; a count behind the figure's name does neither.
+    A hash of coordinates, as they come, changes with the last digit of one, and two figures
+    of a page may share it; a count behind the figure's name does neither.
     """
-    found = dict.fromkeys(re.findall(r'\bid="([^"]+)"', text))
-    fresh = {old: f"{name}-{k}" for k, old in enumerate(found)}
-    return re.sub(r'(\bid="|url\(#|href="#)([^")]+)', lambda m: m[1] + fresh.get(m[2], m[2]), text)
+    used = dict.fromkeys(re.findall(r'(?:url\(#|href="#)([^")]+)', text))
+    fresh = {old: f"{name}-{k}" for k, old in enumerate(used)}
+    text = re.sub(r' id="([^"]+)"', lambda m: f' id="{fresh[m[1]]}"' if m[1] in fresh else "", text)
+    return re.sub(r'(url\(#|href="#)([^")]+)', lambda m: m[1] + fresh[m[2]], text)
 
 
 def legend(ax: Axes, **placing: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 import json
 import math
@@ -98,7 +99,12 @@ def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
     return out.getvalue()
 
 
-def write_files(folder: Path, files: Mapping[str, str]) -> None:
+def packed_csv(rows: Iterable[Mapping[str, Any]]) -> bytes:
+    """Return long tables as gzipped CSV, the same bytes every time; pandas reads it as it is."""
+    return gzip.compress(csv_text(rows).encode(), mtime=0)
+
+
+def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Write files whole: all of them beside their places first, then renamed.
 
     Nothing is renamed before everything is written, and the first file named, the page that
@@ -115,8 +121,9 @@ def write_files(folder: Path, files: Mapping[str, str]) -> None:
             if (folder / name).is_dir():
                 raise IsADirectoryError(None, f"{name} is a folder")
         with tempfile.TemporaryDirectory(dir=folder, prefix=".writing-") as beside:
-            for name, text in files.items():
-                (Path(beside) / name).write_text(text, encoding="utf-8")
+            for name, content in files.items():
+                data = content if isinstance(content, bytes) else content.encode()
+                (Path(beside) / name).write_bytes(data)
             for name in reversed(list(files)):
                 os.replace(Path(beside) / name, folder / name)
     except OSError as error:

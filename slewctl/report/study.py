@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from slewctl.compare import StudyResult
-from slewctl.report.export import csv_text, json_text, write_files
+from slewctl.report.export import json_text, packed_csv, write_files
 from slewctl.report.page import render, versions
 from slewctl.report.study_figures import duel_figure, map_figure
 
@@ -18,7 +19,7 @@ def write_study(result: StudyResult, folder: Path) -> Path:
     result : StudyResult
     folder : Path
         Gets ``index.html``, ``index.md``, ``results.json`` (the answer and what it was
-        counted from) and ``rows.csv`` (every design).
+        counted from) and ``rows.csv.gz`` (every design).
 
     Raises
     ------
@@ -27,7 +28,7 @@ def write_study(result: StudyResult, folder: Path) -> Path:
     """
     duels = [d for d in result.answer.duels if d.hub_ratio is not None]
     pairs = list(dict.fromkeys((d.first, d.second) for d in duels))
-    shown = {
+    shown: dict[str, Any] = {
         "result": result,
         "study": result.study,
         "answer": result.answer,
@@ -36,10 +37,7 @@ def write_study(result: StudyResult, folder: Path) -> Path:
     }
     figures = {
         "maps": [(part, map_figure(part, f"map-{k}")) for k, part in enumerate(result.slices)],
-        "duels": [
-            duel_figure([d for d in duels if (d.first, d.second) == pair], f"duel-{k}")
-            for k, pair in enumerate(pairs)
-        ],
+        "duel": duel_figure(shown["pairs"][0][2], "duel") if pairs else "",
     }
     results = {"versions": versions(), "study": result.study, "answer": result.answer}
     write_files(
@@ -48,7 +46,7 @@ def write_study(result: StudyResult, folder: Path) -> Path:
             "index.html": render("study.html", **shown, **figures),
             "index.md": render("study.md", **shown),
             "results.json": json_text(results),
-            "rows.csv": csv_text(result.rows),
+            "rows.csv.gz": packed_csv(result.rows),
         },
     )
     return folder / "index.html"

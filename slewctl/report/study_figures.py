@@ -40,8 +40,8 @@ def _map(ax: Axes, part: StudySlice, basis: str) -> Any:
         np.clip(losses, _LEAST, _MOST),
         norm=LogNorm(_LEAST, _MOST),
         cmap=_MAP_COLOURS,
-        edgecolors="face",
-        linewidth=0.3,
+        edgecolors="none",
+        antialiased=False,  # no seams between cells
     )
     rows, columns = np.nonzero(np.isinf(losses))
     ax.plot(columns, rows, "x", color=ALARM, markersize=7, markeredgewidth=1.8)

@@ -58,7 +58,15 @@ def assert_followed(loop_tracking: control.StateSpace, reach: float, actuator: s
 
 
 # Wishes without which some methods have nothing to go by.
-WISHES = {"bandwidth_hz": 0.2, "crossover_hz": 0.2}
+WISHES: dict[str, object] = {
+    "bandwidth_hz": 0.2,
+    "crossover_hz": 0.2,
+    "decay_rate_min": 0.01,
+    "hinf_max": 1e6,
+    "weight_hz": 1.0,
+    "payload_mass": [0.0, 0.01],
+    "std_max": {"torque": 1e3},
+}
 
 
 @pytest.mark.parametrize("method", METHODS)

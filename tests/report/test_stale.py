@@ -1,0 +1,71 @@
+"""The reports in the repository belong to its designs and to this code."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from slewctl.compare import Work, evaluate, evaluate_point
+from slewctl.files import read_designs, read_study
+from slewctl.report.export import to_plain
+
+ROOT = Path(__file__).parents[2]
+REPORTS = ROOT / "reports"
+STUDY = ROOT / "designs" / "studies" / "basis.toml"
+
+
+def test_comparison_holds_every_design_as_it_is() -> None:
+    results = json.loads((REPORTS / "comparison" / "results.json").read_text())
+    designs = read_designs([ROOT / "designs"])
+    written = {case["case"]["name"]: case for case in results["cases"]}
+    assert list(written) == [design.case.name for design in designs]
+    for design in designs:
+        inputs = to_plain(design.case)
+        case = written[design.case.name]["case"]
+        assert {k: case[k] for k in case if k != "source"} == {
+            k: inputs[k] for k in inputs if k != "source"
+        }
+
+
+@pytest.mark.parametrize("name", ["02-hub-as-heavy-as-the-beam", "06-sampled-lqg-with-delay"])
+def test_comparison_holds_the_numbers_of_this_code(name: str) -> None:
+    results = json.loads((REPORTS / "comparison" / "results.json").read_text())
+    (design,) = read_designs([ROOT / "designs" / f"{name}.toml"])
+    found = evaluate(design.case)
+    (written,) = (
+        e
+        for case in results["cases"]
+        if case["case"]["name"] == name
+        for e in case["evaluations"]
+        if (e["basis"], e["n"]) == (found.basis, found.n)
+    )
+    assert found.margins is not None
+    assert written["loss"] == pytest.approx(found.loss, rel=1e-6, abs=1e-9)
+    assert written["margins"]["disk"]["value"] == pytest.approx(found.margins.disk.value, rel=1e-6)
+
+
+def test_study_is_that_of_its_file_and_of_this_code() -> None:
+    study = read_study(STUDY)
+    written = json.loads((REPORTS / "study" / "results.json").read_text())
+    assert written["study"] == to_plain(study)
+    with gzip.open(REPORTS / "study" / "rows.csv.gz", "rt") as file:
+        rows = list(csv.DictReader(file))
+    points = list(study.points())
+    assert len(rows) == len(points)
+    axes = ("hub_ratio", "payload_ratio", "damping_ratio", "bandwidth", "method", "basis", "n")
+    by_axes = {tuple(row[a] for a in (*axes, "sensors")): row for row in rows}
+    for point in points[:: len(points) // 4]:
+        fresh = evaluate_point(Work(study.arm, study.truth_modes, point))[0]
+        row = by_axes[tuple(str(to_plain(fresh[a])) for a in (*axes, "sensors"))]
+        assert row["outcome"] == fresh["outcome"]
+        if fresh["loss"] is not None and math.isfinite(fresh["loss"]):
+            assert float(row["loss"]) == pytest.approx(fresh["loss"], rel=1e-5, abs=1e-8)
+
+
+def test_reports_are_small() -> None:
+    assert sum(path.stat().st_size for path in REPORTS.rglob("*") if path.is_file()) < 3e6

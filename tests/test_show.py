@@ -1,0 +1,47 @@
+"""Results show themselves in a notebook: HTML that closes, frames with their rows, axes."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import slewctl as sc
+from slewctl._show import axes_or_new, table_html, to_frame
+from slewctl.compare import Case, Judge, compare, spillover_ladder
+
+ARM = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.005)
+OBJECTIVE = sc.Objective({"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+CASE = Case("c", ARM, OBJECTIVE, n=2, bases=("clamped-free",), orders=(2,), truth_modes=6)
+
+
+def test_tables_are_well_formed_and_escaped() -> None:
+    rows = [{"a<b": 1.23456, "ok": True, "none": None}, {"a<b": np.inf, "ok": False, "none": "&"}]
+    table = ElementTree.fromstring(table_html(rows, "1 < 2"))
+    cells = [cell.text for cell in table.iter("td")]
+    assert cells == ["1.235", "yes", "–", "inf", "no", "&"]
+    assert table_html([], "nothing") == "<p>nothing</p>"
+
+
+def test_results_show_themselves() -> None:
+    outcome = Judge(CASE).evaluate("clamped-free", 2)
+    assert outcome.slew is not None
+    ladder, comparison = spillover_ladder(CASE), compare([CASE])
+    for shown in (outcome.loop.controller, outcome.loop.margins, ladder, comparison):
+        ElementTree.fromstring(shown._repr_html_())
+    assert next(iter(outcome.loop.margins.to_frame()["margin"])) == "gain_db"
+    assert len(ladder.to_frame()) == len(ladder.rungs)
+    assert comparison.to_frame()["loss"][0] == outcome.evaluation.loss
+    np.testing.assert_array_equal(outcome.slew.to_frame()["tip"], outcome.slew.tip)
+    ax = Figure().subplots()
+    for drawn in (outcome.slew, ladder):
+        assert drawn.plot(ax=ax) is ax
+    assert len(ax.lines) == 4
+
+
+def test_a_new_figure_is_made_only_without_axes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    assert axes_or_new(None).figure is not None
+    assert to_frame([]).empty
