@@ -13,29 +13,11 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+from quick_design import QUICK
 
 from slewctl import cli
 
-FAST = """\
-[arm]
-catalogue = "paper-beam"
-damping_ratio = 0.01
-hub = { inertia = 0.2 }
-[model]
-basis = "clamped-free"
-n = 2
-[controller]
-method = "lqg"
-limits = { tip = 0.03, torque = 1.0 }
-noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
-[slew]
-angle_deg = 30
-duration_s = 2
-[truth]
-modes = 5
-[requirements]
-gain_margin_db = 6
-"""
+FAST = QUICK
 FAILING = FAST.replace("gain_margin_db = 6", "stable = true\n\ngain_margin_db = 60")
 BROKEN = FAST.replace("n = 2", "n = -2")
 

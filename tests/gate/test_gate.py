@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quick_design import QUICK
 
 from slewctl import Hub, assemble, close, generalised_plant, lqg, truth
 from slewctl.arm import vary
@@ -25,27 +26,12 @@ fingerprint_module = sys.modules[
     "slewctl.gate.fingerprint"
 ]  # the package has a function of that name
 
-FAST = """\
-[arm]
-catalogue = "paper-beam"
-damping_ratio = 0.01
-hub = { inertia = 0.2 }
-[model]
-basis = "clamped-free"
-n = 2
-[controller]
-method = "lqg"
-limits = { tip = 0.03, torque = 1.0 }
-noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
-[slew]
-angle_deg = 30
-duration_s = 2
-[truth]
-modes = 5
-[requirements]
-gain_margin_db = 6
+FAST = (
+    QUICK
+    + """\
 h2_loss_max = 0.5
 """
+)
 VARIED = FAST + (
     "[variations.heavy]\npayload_mass = 0.1\n"
     "[variations.light-hub]\nhub_inertia = 0.05\n"

@@ -9,34 +9,20 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from quick_design import QUICK
 
 import slewctl.testing.collect  # loaded here, so that inner runs need not reload it
 
 ROOT = Path(__file__).parents[2]
-FAST = """\
-[arm]
-catalogue = "paper-beam"
-damping_ratio = 0.01
-hub = { inertia = 0.2 }
-[model]
-basis = "clamped-free"
-n = 2
-[controller]
-method = "lqg"
-limits = { tip = 0.03, torque = 1.0 }
-noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
-[slew]
-angle_deg = 30
-duration_s = 2
-[truth]
-modes = 5
-[requirements]
-gain_margin_db = 6
+FAST = (
+    QUICK
+    + """\
 disk_margin = 5
 [variations.heavy]
 payload_mass = 0.1
 requirements.phase_margin_deg = 80
 """
+)
 BROKEN = FAST.replace("n = 2", "n = -2")
 
 Inner = Callable[..., pytest.RunResult]
