@@ -40,6 +40,12 @@ def test_closed_loop_poles_lie_in_the_region(
     assert lqg(problem).h2_cost * (1 - 1e-9) <= achieved <= bound * (1 + 1e-9)
 
 
+@pytest.mark.parametrize("damping", [1e-38, 1e-9, 2e-6, 1e-5, 1e-4])
+def test_tiny_damping_wishes_are_no_trouble(damping: float) -> None:
+    controller = h2_region(plant(2), decay_rate_min=0.0625 * OMEGA, damping_ratio_min=damping)
+    assert controller.certificate.verified, controller.certificate
+
+
 def test_a_wish_that_the_optimum_fulfils_leaves_it_alone() -> None:
     problem = plant(3)
     best = lqg(problem)
