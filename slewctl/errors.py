@@ -11,6 +11,9 @@ import math
 from collections.abc import Iterable
 from difflib import get_close_matches
 from numbers import Integral, Real
+from typing import TypeVar
+
+T = TypeVar("T")
 
 
 class SlewctlError(Exception):
@@ -98,10 +101,17 @@ def check_count(value: object, name: str, least: int = 1) -> int:
     return int(value)
 
 
-def check_choice(value: str, choices: Iterable[str], name: str) -> str:
+def check_given(value: T | None, name: str, meaning: str) -> T:
+    """Return `value`; refuse None where there is no default and say what to give."""
+    if value is None:
+        raise InputError("missing", where=name, remedy=f"give {meaning}")
+    return value
+
+
+def check_choice(value: object, choices: Iterable[str], name: str) -> str:
     """Return `value`; refuse what is not among `choices` and suggest the nearest."""
     known = sorted(choices)
-    if value in known:
+    if isinstance(value, str) and value in known:
         return value
     raise InputError(f"unknown name {shown(value)}", where=name, remedy=suggest(str(value), known))
 

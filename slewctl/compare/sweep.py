@@ -161,9 +161,16 @@ def _read(results: Path) -> tuple[Mapping[str, Any], dict[str, list[Row]]]:
 def _open(results: Path, stamp: Mapping[str, Any], resume: bool) -> set[str]:
     """Return the keys already in the file, which is made if it isn't there."""
     if not results.exists():
-        results.parent.mkdir(parents=True, exist_ok=True)
         head = json.dumps({"format": FORMAT, "stamp": dict(stamp)})
-        results.write_text(head + "\n", encoding="utf-8")
+        try:
+            results.parent.mkdir(parents=True, exist_ok=True)
+            results.write_text(head + "\n", encoding="utf-8")
+        except OSError as error:
+            raise InputError(
+                f"cannot be written: {error.strerror}",
+                where=str(results.parent),
+                remedy="name a folder that you may write to",
+            ) from error
         return set()
     if not resume:
         raise InputError(

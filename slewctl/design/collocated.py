@@ -293,8 +293,10 @@ def _depth(given: object) -> float:
 
 def _modes(given: object, n: int) -> tuple[int, ...] | None:
     """Return the modes to notch, or None where they are to be found."""
-    if given == "auto":
+    if isinstance(given, str) and given == "auto":
         return None
+    if isinstance(given, np.ndarray):
+        given = given.tolist()
     if isinstance(given, str) or not isinstance(given, Sequence):
         raise InputError(
             f"{shown(given)} names no modes",

@@ -27,7 +27,7 @@ from slewctl.design.lqg import observer_feedback
 from slewctl.design.mixed_lmi import Channel, OutputFeedback, OutputProblem, solve_output
 from slewctl.design.regulator_lmi import NOISE_FLOOR, Dynamics, covariance
 from slewctl.design.result import Controller, Guarantee, finished
-from slewctl.errors import DesignError, check_positive
+from slewctl.errors import DesignError, check_given, check_positive
 from slewctl.linalg import h2_cost, hinf_norm
 from slewctl.plant import GeneralisedPlant, check_plant, signal
 
@@ -52,7 +52,9 @@ class _Channel:
     unit: str
 
 
-def h2_hinf(plant: GeneralisedPlant, *, hinf_max: float, weight_hz: float) -> Controller:
+def h2_hinf(
+    plant: GeneralisedPlant, *, hinf_max: float | None = None, weight_hz: float | None = None
+) -> Controller:
     """Return an H2 controller with bounded gain from the sensors above a frequency.
 
     Parameters
@@ -80,8 +82,12 @@ def h2_hinf(plant: GeneralisedPlant, *, hinf_max: float, weight_hz: float) -> Co
         If an option is not positive.
     """
     check_plant(plant, "h2_hinf")
-    gamma = check_positive(hinf_max, "hinf_max")
-    corner = 2 * math.pi * check_positive(weight_hz, "weight_hz")
+    gamma = check_positive(
+        check_given(hinf_max, "hinf_max", "the largest gain from the sensors to the actuator"),
+        "hinf_max",
+    )
+    hertz = check_given(weight_hz, "weight_hz", "the frequency in Hz above which it holds")
+    corner = 2 * math.pi * check_positive(hertz, "weight_hz")
     both = innovations(plant)
     channel = _channel(plant, corner)
     found = _optimum(both, channel)

@@ -34,7 +34,14 @@ from slewctl.design.lqr import kalman
 from slewctl.design.regions import Region
 from slewctl.design.regulator_lmi import Dynamics, Feedback, Regulator, solve_regulator
 from slewctl.design.result import Check, Controller, Guarantee, finished
-from slewctl.errors import DesignError, InputError, check_nonnegative, check_number, shown
+from slewctl.errors import (
+    DesignError,
+    InputError,
+    check_given,
+    check_nonnegative,
+    check_number,
+    shown,
+)
 from slewctl.linalg import h2_cost, stability_threshold
 from slewctl.model import Model, assemble
 from slewctl.plant import TORQUE, GeneralisedPlant, check_plant, generalised_plant
@@ -124,7 +131,7 @@ def changed_dynamics(
 def payload_lmi(
     plant: GeneralisedPlant,
     *,
-    payload_mass: Sequence[float],
+    payload_mass: Sequence[float] | None = None,
     stiffness: Sequence[float] = (1.0, 1.0),
     decay_rate_min: float = 0.0,
 ) -> Controller:
@@ -163,8 +170,9 @@ def payload_lmi(
             where="payload_lmi",
             remedy="make it with slewctl.generalised_plant(model, objective)",
         )
+    masses = check_given(payload_mass, "payload_mass", "the range in kg, such as [0.0, 0.1]")
     wanted = Range(
-        _interval(payload_mass, "payload_mass"), _interval(stiffness, "stiffness", positive=True)
+        _interval(masses, "payload_mass"), _interval(stiffness, "stiffness", positive=True)
     )
     decay = check_nonnegative(decay_rate_min, "decay_rate_min")
     nominal = generalised_plant(plant.model, plant.objective)

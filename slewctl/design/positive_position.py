@@ -205,8 +205,8 @@ def _bending(plant: GeneralisedPlant, model: Model, wanted: object) -> _Bending:
             where="noise",
             remedy="add one, such as noise.root_moment or noise.tip_deflection",
         )
-    if wanted:
-        name = check_choice(str(wanted), rows, "signal_used")
+    if not isinstance(wanted, str) or wanted:
+        name = check_choice(wanted, rows, "signal_used")
     else:
         name = min(rows, key=lambda key: _PREFERRED.index(key.partition("@")[0]))
     row = rows[name].copy()

@@ -23,7 +23,7 @@ from slewctl.design.lmi import Block
 from slewctl.design.lqg import observer_feedback
 from slewctl.design.regulator_lmi import Feedback, Regulator, Unknowns, solve_regulator
 from slewctl.design.result import Controller, Guarantee, finished
-from slewctl.errors import DesignError, InputError, check_choice, check_positive, shown
+from slewctl.errors import DesignError, InputError, check_choice, check_given, check_positive, shown
 from slewctl.linalg import h2_cost
 from slewctl.plant import ACTUATORS, GeneralisedPlant, check_plant, signal
 
@@ -34,7 +34,7 @@ _GAP = 1e-6
 
 
 def variance_bound(
-    plant: GeneralisedPlant, *, std_max: Mapping[str, float], minimise: str = COST
+    plant: GeneralisedPlant, *, std_max: Mapping[str, float] | None = None, minimise: str = COST
 ) -> Controller:
     """Return the controller that minimises a mean square while others stay bounded.
 
@@ -66,7 +66,7 @@ def variance_bound(
     """
     check_plant(plant, "variance_bound")
     signals = _signals(plant)
-    bounds = _bounds(std_max, signals)
+    bounds = _bounds(check_given(std_max, "std_max", "a table such as { torque = 0.5 }"), signals)
     check_choice(minimise, [COST, *signals], "minimise")
     actuator = plant.actuator
     if minimise not in (COST, actuator) and actuator not in bounds:

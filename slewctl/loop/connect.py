@@ -9,6 +9,7 @@ from slewctl.errors import InputError, shown
 from slewctl.loop.closed import Loop
 from slewctl.loop.sampled import SampledLoop
 from slewctl.model import Model
+from slewctl.model.assembly import check_model
 from slewctl.plant import Objective
 
 
@@ -30,6 +31,13 @@ def close(model: Model, objective: Objective, controller: Controller | control.S
         If the controller takes other sensors than the objective names, or commands another
         actuator.
     """
+    check_model(model, "close")
+    if not isinstance(objective, Objective):
+        raise InputError(
+            f"{shown(objective)} is not an Objective",
+            where="close",
+            remedy="give model, objective and controller in this order",
+        )
     if isinstance(controller, control.StateSpace):
         controller = given(controller)
     if not isinstance(controller, Controller):
