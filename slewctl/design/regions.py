@@ -216,12 +216,6 @@ def _region(prefix: str, decay: float, damping: float, radius: float | None) -> 
         )
     slowest = check_nonnegative(decay, f"{prefix}decay_rate_min")
     farthest = math.inf if radius is None else check_positive(radius, f"{prefix}radius_max")
-    if slowest >= farthest:
-        raise InputError(
-            f"{slowest:g} 1/s is not less than {prefix}radius_max = {farthest:g} rad/s",
-            where=f"{prefix}decay_rate_min",
-            remedy="lower it, or allow a larger radius: no pole can have both",
-        )
     return Region(slowest, ratio, farthest)
 
 

@@ -46,8 +46,3 @@ def test_close_says_which_argument_is_wrong() -> None:
         sc.close(plant.objective, design_model(2), sc.lqg(plant))
     with pytest.raises(InputError, match="in this order"):
         sc.close(design_model(2), sc.lqg(plant), plant.objective)
-
-
-def test_no_pole_is_faster_than_its_own_distance() -> None:
-    with pytest.raises(InputError, match="no pole can have both"):
-        sc.h2_region(design_plant(2), decay_rate_min=10.0, radius_max=10.0)
