@@ -122,12 +122,12 @@ def _beam(beam: Beam, mass_factor: float, stiffness_factor: float) -> Beam:
         return beam
     return Beam(
         beam.length,
-        _scaled(beam.mass_per_length, mass_factor),
-        _scaled(beam.bending_stiffness, stiffness_factor),
+        scaled(beam.mass_per_length, mass_factor),
+        scaled(beam.bending_stiffness, stiffness_factor),
     )
 
 
-def _scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:
+def scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:
     """Return a profile times a factor, as the same kind of profile."""
     if factor == 1:
         return spec

@@ -97,10 +97,8 @@ def _margin(choose: Callable[[Margins], Crossing]) -> Callable[[Evaluation], Rea
 
 
 def _smaller_gain(margins: Margins) -> Crossing:
-    """Return the smaller of rise and fall; NaN counts as the smallest."""
-    both = (margins.gain_db, margins.gain_reduction_db)
-    least = min(both, key=lambda m: -math.inf if math.isnan(m.value) else m.value)
-    return replace(least, note="")  # if it is infinite, so is the other for its own reason
+    """Return the smaller of rise and fall: if it is infinite, each is for its own reason."""
+    return replace(margins.smaller_gain_db, note="")
 
 
 def _number(value: float | None) -> Reading:

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass, replace
 
 from slewctl.arm import Arm, Payload
 from slewctl.basis import NAMES
-from slewctl.design import METHODS
+from slewctl.design import METHODS, options
 from slewctl.errors import (
     InputError,
     check_choice,
@@ -34,8 +34,6 @@ _TIP = 0.05
 _ANGLE_DEG = 30.0
 # Enough to know the first of them.
 _FEW_MODES = 10
-# Methods that are tuned by a bandwidth of their own instead of by limits and noises.
-_TUNED = ("pole-placement", "pd-notch", "positive-position", "lead")
 
 
 @dataclass(frozen=True)
@@ -141,9 +139,9 @@ class Grid:
         return math.prod(len(values) for values in astuple(self))
 
 
-def _numbers(grid: Grid, axes: Sequence[str], check: object) -> None:
+def _numbers(grid: Grid, axes: Sequence[str], check: Callable[[object, str], float]) -> None:
     for axis in axes:
-        values = tuple(check(value, axis) for value in getattr(grid, axis))  # type: ignore[operator]
+        values = tuple(check(value, axis) for value in getattr(grid, axis))
         object.__setattr__(grid, axis, values)
 
 
@@ -242,10 +240,11 @@ def slew_of(arm: Arm, bandwidth: float) -> Slew:
 
 
 def options_of(method: str, arm: Arm, bandwidth: float) -> dict[str, object]:
-    """Return the options that give a method the bandwidth wanted."""
-    if method not in _TUNED:
-        return {}
-    options: dict[str, object] = {"bandwidth_hz": omega_of(arm, bandwidth) / (2 * math.pi)}
-    if method == "pole-placement":
-        options["observer_speed"] = OBSERVER_SPEED
-    return options
+    """Return the options that give a method the bandwidth wanted, of those that it takes."""
+    hertz = omega_of(arm, bandwidth) / (2 * math.pi)
+    wishes = {
+        "bandwidth_hz": hertz,
+        "crossover_hz": hertz,
+        "observer_speed": OBSERVER_SPEED,
+    }
+    return {name: wishes[name] for name in options(method) if name in wishes}

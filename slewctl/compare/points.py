@@ -165,7 +165,7 @@ def _results(
         "unstable_ratio": _ratio(found.unstable_hz, period),
         "loss": found.loss,
         "optimum_drift": place.optimum_drift,
-        "gain_margin_db": margins and min(margins.gain_db.value, margins.gain_reduction_db.value),
+        "gain_margin_db": margins and margins.smaller_gain_db.value,
         "phase_margin_deg": margins and margins.phase_deg.value,
         "delay_margin": margins and margins.delay_s.value / period,
         "modulus_margin": margins and margins.modulus.value,

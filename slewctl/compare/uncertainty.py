@@ -47,7 +47,7 @@ def _margin(pick: Callable[[Margins], tuple[float, float | None]]) -> Read:
 
 
 def _gain(margins: Margins) -> tuple[float, float | None]:
-    found = min(margins.gain_db, margins.gain_reduction_db, key=lambda crossing: crossing.value)
+    found = margins.smaller_gain_db
     return found.value, found.frequency_hz
 
 

@@ -36,6 +36,37 @@ class SolverRun:
         return f"{self.status.replace('_', ', ')} in {self.iterations} iterations"
 
 
+def run_clarabel(problem: cvxpy.Problem, tolerance: float, iterations: int = 200) -> bool:
+    """Run Clarabel on a problem and return whether it left a point, of whatever worth.
+
+    Parameters
+    ----------
+    problem : cvxpy.Problem
+        Its variables and status hold what was found.
+    tolerance : float
+        For the duality gap and for feasibility.
+    iterations : int
+        The most that it may take.
+    """
+    import cvxpy as cp  # only those who synthesise by matrix inequalities wait for it
+
+    limits = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
+    try:
+        with warnings.catch_warnings():
+            # "Solution may be inaccurate": whether it is, the recomputed result decides.
+            warnings.simplefilter("ignore", UserWarning)
+            problem.solve(
+                solver=cp.CLARABEL,
+                direct_solve_method="faer",
+                max_iter=iterations,
+                ignore_dpp=True,
+                **limits,
+            )
+    except cp.error.SolverError:
+        return False
+    return True
+
+
 def solve(problem: cvxpy.Problem, tolerance: float, where: str) -> SolverRun:
     """Solve a problem of matrix inequalities with Clarabel.
 
@@ -55,18 +86,12 @@ def solve(problem: cvxpy.Problem, tolerance: float, where: str) -> SolverRun:
     """
     import cvxpy as cp  # only those who synthesise by matrix inequalities wait for it
 
-    limits = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
-    try:
-        with warnings.catch_warnings():
-            # "Solution may be inaccurate": whether it is, the recomputed result decides.
-            warnings.simplefilter("ignore", UserWarning)
-            problem.solve(solver=cp.CLARABEL, direct_solve_method="faer", ignore_dpp=True, **limits)
-    except cp.error.SolverError as error:
+    if not run_clarabel(problem, tolerance):
         raise AccuracyError(
             "the solver stopped without a solution",
             where=where,
             remedy="use method lqg, or bring limits and noises closer together",
-        ) from error
+        )
     if problem.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
         raise AccuracyError(
             f"the solver calls the matrix inequalities {problem.status}",

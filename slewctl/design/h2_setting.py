@@ -13,7 +13,7 @@ from slewctl._types import Array
 from slewctl.design.lqg import observer_feedback, observer_reference, optimal_cost
 from slewctl.design.lqr import check_assumptions, kalman, lqr
 from slewctl.design.reference import Reference
-from slewctl.design.result import Check, Controller, Guarantee, finished
+from slewctl.design.result import Check, Controller, Guarantee, closed_cost, finished
 from slewctl.design.scaling import ScaledPlant, scaled
 from slewctl.errors import DesignError
 from slewctl.linalg import RiccatiSolution, h2_cost
@@ -57,8 +57,7 @@ class H2Setting:
 
     def cost(self, system: control.StateSpace) -> float:
         """Return the squared H2 norm with a controller; infinite if the loop is not stable."""
-        closed = self.twin.close(system)
-        return stable_cost(*(np.asarray(getattr(closed, name)) for name in "ABC"))
+        return closed_cost(self.twin, system).value
 
 
 def h2_setting(plant: GeneralisedPlant) -> H2Setting:

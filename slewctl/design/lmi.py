@@ -7,13 +7,13 @@ from the multipliers.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slewctl.design.convex import run_clarabel
 from slewctl.design.result import Check
 
 if TYPE_CHECKING:
@@ -55,19 +55,7 @@ def run(
             inside = (block.matrix + block.matrix.T) / 2 - margin * np.eye(block.matrix.shape[0])
             imposed.append((block, inside >> 0))
     problem = cp.Problem(cp.Minimize(cost), [constraint for _, constraint in imposed])
-    limits = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
-    try:
-        with warnings.catch_warnings():
-            # "Solution may be inaccurate": whether it is, the recomputation decides.
-            warnings.simplefilter("ignore", UserWarning)
-            problem.solve(
-                solver=cp.CLARABEL,
-                direct_solve_method="faer",
-                max_iter=_ITERATIONS,
-                ignore_dpp=True,
-                **limits,
-            )
-    except cp.error.SolverError:
+    if not run_clarabel(problem, tolerance, _ITERATIONS):
         return "stopped without a solution", problem, imposed
     return str(problem.status), problem, imposed
 

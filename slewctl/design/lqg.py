@@ -12,9 +12,9 @@ from slewctl.design.discrete import sampled_lqg
 from slewctl.design.integral import integral_lqg
 from slewctl.design.lqr import kalman, lqr
 from slewctl.design.reference import Reference, at_rest
-from slewctl.design.result import Check, Controller, finished
+from slewctl.design.result import Check, Controller, closed_cost, finished
 from slewctl.errors import InputError, check_nonnegative, check_positive
-from slewctl.linalg import RiccatiSolution, h2_cost
+from slewctl.linalg import RiccatiSolution
 from slewctl.plant import GeneralisedPlant, check_plant
 
 ASSUMPTIONS = (
@@ -144,8 +144,7 @@ def _checks(
     system: control.StateSpace,
 ) -> tuple[Check, ...]:
     expected = optimal_cost(plant, regulator, observer)
-    closed = plant.close(system)
-    achieved = h2_cost(*(np.asarray(getattr(closed, name)) for name in "ABC")).value
+    achieved = closed_cost(plant, system).value
     return (
         Check("Riccati residual, control", regulator.residual, 1e-10),
         Check("Riccati residual, filter", observer.residual, 1e-10),

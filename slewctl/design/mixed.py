@@ -26,9 +26,9 @@ from slewctl.design.lmi import largest
 from slewctl.design.lqg import observer_feedback
 from slewctl.design.mixed_lmi import Channel, OutputFeedback, OutputProblem, solve_output
 from slewctl.design.regulator_lmi import NOISE_FLOOR, Dynamics, covariance
-from slewctl.design.result import Controller, Guarantee, finished
+from slewctl.design.result import Controller, Guarantee, closed_cost, finished
 from slewctl.errors import DesignError, check_given, check_positive
-from slewctl.linalg import h2_cost, hinf_norm
+from slewctl.peaks import peak_gain
 from slewctl.plant import GeneralisedPlant, check_plant, signal
 
 _COARSE = 1e-5
@@ -135,10 +135,7 @@ def _recomputed(
     channel: _Channel,
     seconds: dict[str, float],
 ) -> _Candidate:
-    norm, cost = spillover_gain(plant, system, channel), math.inf
-    if math.isfinite(norm):
-        closed = plant.close(system)
-        cost = h2_cost(*(np.asarray(getattr(closed, name)) for name in "ABC")).value
+    norm, cost = spillover_gain(plant, system, channel), closed_cost(plant, system).value
     return _Candidate(system, gains, feedback, bound, norm, cost, seconds)
 
 
@@ -277,7 +274,7 @@ def spillover_gain(plant: GeneralisedPlant, system: control.StateSpace, channel:
     B = np.vstack([plant.B2 @ Dk, Bk, channel.corner * Dk]) * channel.weights
     if np.linalg.eigvals(A).real.max() >= 0:
         return math.inf
-    return hinf_norm(A, B, C, Dk * channel.weights).value
+    return peak_gain(control.StateSpace(A, B, C, Dk * channel.weights)).value
 
 
 def _problem(both: Innovations, channel: _Channel, gamma: float) -> OutputProblem:

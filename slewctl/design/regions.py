@@ -26,14 +26,13 @@ from slewctl.design.innovations import Half, Innovations, innovations
 from slewctl.design.lmi import Block, largest
 from slewctl.design.lqg import observer_feedback
 from slewctl.design.regulator_lmi import Disturbance, Feedback, Regulator, Unknowns, solve_regulator
-from slewctl.design.result import Check, Controller, Guarantee, finished
+from slewctl.design.result import Check, Controller, Guarantee, closed_cost, finished
 from slewctl.errors import (
     DesignError,
     InputError,
     check_nonnegative,
     check_positive,
 )
-from slewctl.linalg import h2_cost
 from slewctl.plant import GeneralisedPlant, check_plant
 
 _COARSE = 1e-5
@@ -172,7 +171,7 @@ def h2_region(
     )
     closed = plant.close(system)
     found = np.linalg.eigvals(np.asarray(closed.A)).astype(complex)
-    cost = h2_cost(*(np.asarray(getattr(closed, name)) for name in "ABC")).value
+    cost = closed_cost(plant, system).value
     guarantees = [
         *wish.promises(poles[0], " of the regulator"),
         *observer_wish.promises(poles[1], " of the observer"),

@@ -239,6 +239,27 @@ def given(system: control.StateSpace, delay: float = 0.0) -> Controller:
     return Controller(system, "given", {}, math.nan, Certificate(()), delay=float(delay))
 
 
+def closed_cost(plant: GeneralisedPlant, system: control.StateSpace) -> H2Cost:
+    """Return the squared H2 norm of a controller around its plant, recomputed.
+
+    Infinite where the loop is unstable, or sensor noise passes straight to the actuator.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+    system : control.StateSpace
+        Continuous, from the sensors to the actuator, connected with a plus sign.
+    """
+    return _cost_of(plant.close(system))
+
+
+def _cost_of(closed: control.StateSpace) -> H2Cost:
+    A, B, C, D = (np.asarray(getattr(closed, name)) for name in "ABCD")
+    if np.any(D) or not np.linalg.eigvals(A).real.max() < 0:
+        return H2Cost(math.inf, 0.0)
+    return h2_cost(A, B, C)
+
+
 def finished(
     plant: GeneralisedPlant,
     system: control.StateSpace,
@@ -309,9 +330,6 @@ def _achieved(
         cost = sampled.h2 if sampled.stable else H2Cost(math.inf, 0.0)
         return continuous_equivalent(sampled.poles, float(system.dt)), stability, cost
     closed = plant.close(system)
-    A, B, C = (np.asarray(getattr(closed, name)) for name in "ABC")
-    poles = np.linalg.eigvals(A).astype(complex)
-    slowest = float(poles.real.max())
-    stability = Check("closed-loop poles right of the axis", max(slowest, 0.0), 0.0)
-    finite = slowest < 0 and not np.any(np.asarray(closed.D))
-    return poles, stability, h2_cost(A, B, C) if finite else H2Cost(math.inf, 0.0)
+    poles = np.linalg.eigvals(np.asarray(closed.A)).astype(complex)
+    stability = Check("closed-loop poles right of the axis", max(float(poles.real.max()), 0.0), 0.0)
+    return poles, stability, _cost_of(closed)

@@ -22,7 +22,7 @@ from slewctl.design.innovations import Innovations, innovations
 from slewctl.design.lmi import Block
 from slewctl.design.lqg import observer_feedback
 from slewctl.design.regulator_lmi import Feedback, Regulator, Unknowns, solve_regulator
-from slewctl.design.result import Controller, Guarantee, finished
+from slewctl.design.result import Controller, Guarantee, closed_cost, finished
 from slewctl.errors import DesignError, InputError, check_choice, check_given, check_positive, shown
 from slewctl.linalg import h2_cost
 from slewctl.plant import ACTUATORS, GeneralisedPlant, check_plant, signal
@@ -88,7 +88,7 @@ def variance_bound(
     system = observer_feedback(plant, gain, Kf, "variance_bound")
     reached = task.deviations(K)
     closed = plant.close(system)
-    cost = h2_cost(*(np.asarray(getattr(closed, name)) for name in "ABC")).value
+    cost = closed_cost(plant, system).value
     return finished(
         plant,
         system,

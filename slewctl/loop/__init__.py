@@ -1,8 +1,8 @@
 """Closed loops: stability first, then margins, norms and simulation."""
 
+from slewctl.frequency import FrequencyResponse
 from slewctl.loop.closed import Loop, UnstableLoopError
 from slewctl.loop.connect import close
-from slewctl.loop.frequency import FrequencyResponse
 from slewctl.loop.gap import (
     GeneralisedMargin,
     NuGap,
@@ -20,13 +20,13 @@ from slewctl.loop.multiloop import (
     perturbation_system,
 )
 from slewctl.loop.opened import input_loop, input_output_loop, output_loop
-from slewctl.loop.peaks import Peak, peak_gain
 from slewctl.loop.perturbation import Perturbation
 from slewctl.loop.public import hybrid_delay_margin
 from slewctl.loop.sampled import SampledLoop
 from slewctl.loop.slew import Slew, SlewResponse, SlewSummary, simulate_slew
 from slewctl.loop.smallgain import ResidualMode, SmallGain, Spillover, residual_modes, small_gain
 from slewctl.loop.swing import Swing, simulate_swing
+from slewctl.peaks import Peak, peak_gain
 
 __all__ = [
     "Crossing",

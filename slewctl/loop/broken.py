@@ -8,9 +8,9 @@ import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.equivalent import Equivalent, equivalent
+from slewctl.frequency import FrequencyResponse, axis_points, landmarks, sample_time
 from slewctl.linalg import balance
-from slewctl.loop.equivalent import Equivalent, equivalent
-from slewctl.loop.frequency import FrequencyResponse, axis_points, landmarks, sample_time
 
 
 class BrokenLoop:

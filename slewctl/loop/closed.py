@@ -11,8 +11,8 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.design import Controller
 from slewctl.errors import SlewctlError
+from slewctl.frequency import FrequencyResponse
 from slewctl.linalg import H2Cost, h2_cost, stability_threshold
-from slewctl.loop.frequency import FrequencyResponse
 from slewctl.loop.margins import Margins, classical_margins
 from slewctl.loop.naming import Modes
 from slewctl.loop.tracking import tracking_controller, tracking_loop

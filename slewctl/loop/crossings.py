@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.equivalent import Equivalent
 from slewctl.loop.broken import BrokenLoop
-from slewctl.loop.equivalent import Equivalent
-from slewctl.loop.peaks import finite_eigenvalues, level_crossings
 from slewctl.loop.roots import polished
+from slewctl.peaks import finite_eigenvalues, level_crossings
 
 # A sign is trusted only this many times above the rounding error of its evaluation.
 _TRUSTED = 10.0

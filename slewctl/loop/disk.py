@@ -12,10 +12,10 @@ from __future__ import annotations
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.equivalent import Equivalent
 from slewctl.loop.broken import BrokenLoop
 from slewctl.loop.crossings import Samples
-from slewctl.loop.equivalent import Equivalent
-from slewctl.loop.peaks import Peak, enclosed_peak
+from slewctl.peaks import Peak, enclosed_peak
 
 
 def nearest(loop: BrokenLoop, samples: Samples, skew: float) -> Peak:

@@ -21,8 +21,8 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_positive
+from slewctl.frequency import FrequencyResponse, sample_time
 from slewctl.linalg import solve_riccati
-from slewctl.loop.frequency import FrequencyResponse, sample_time
 from slewctl.loop.realisation import Realisation, check_system, hertz, realisation
 from slewctl.loop.structured import balanced_scales, minimised
 

@@ -8,6 +8,7 @@ it (`perturbation`), and the poles of changed loops are asked whether they agree
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import control
@@ -131,6 +132,14 @@ class Margins:
     def to_frame(self) -> DataFrame:
         """Return the rows as a pandas data frame."""
         return to_frame(self.rows())
+
+    @property
+    def smaller_gain_db(self) -> Crossing:
+        """The smaller of the gain's rise and fall; NaN counts as the smallest."""
+        return min(
+            (self.gain_db, self.gain_reduction_db),
+            key=lambda m: -math.inf if math.isnan(m.value) else m.value,
+        )
 
     @property
     def disk_gains(self) -> tuple[float, float]:

@@ -21,10 +21,10 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_number
+from slewctl.frequency import FrequencyResponse, axis_points, sample_time
 from slewctl.linalg import stability_threshold
 from slewctl.loop.closed import UnstableLoopError
 from slewctl.loop.disk import disk_gains, disk_phase_deg
-from slewctl.loop.frequency import FrequencyResponse, axis_points, sample_time
 from slewctl.loop.margins import Margins, classical_margins
 from slewctl.loop.naming import Modes, modes_of
 from slewctl.loop.opened import matrices, one_loop, sensitivity

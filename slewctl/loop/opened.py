@@ -9,7 +9,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.errors import InputError
-from slewctl.loop.frequency import sample_time
+from slewctl.frequency import sample_time
 from slewctl.loop.realisation import check_system, diagonal
 
 

@@ -13,10 +13,10 @@ import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.equivalent import equivalent
 from slewctl.errors import InputError, shown
 from slewctl.linalg import balance, stability_threshold
-from slewctl.loop.equivalent import equivalent
-from slewctl.loop.peaks import Peak, peak_gain
+from slewctl.peaks import Peak, peak_gain
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,11 +15,11 @@ import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.equivalent import Equivalent, equivalent
 from slewctl.errors import AccuracyError
-from slewctl.loop.equivalent import Equivalent, equivalent
-from slewctl.loop.frequency import FrequencyResponse
-from slewctl.loop.peaks import level_crossings
+from slewctl.frequency import FrequencyResponse
 from slewctl.loop.structured import Destabiliser, balanced_bound, lower_bound, upper_bound
+from slewctl.peaks import level_crossings
 
 # The certified level above the largest upper bound found at one frequency, relative.
 LEVEL = 2e-5

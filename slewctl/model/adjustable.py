@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from slewctl._types import Array
-from slewctl.arm import Arm, ProfileSpec, Stations
+from slewctl.arm import Arm, vary
 from slewctl.model.rigid import beam_inertia, beam_mass
 
 
@@ -40,45 +37,25 @@ class Adjustable:
     positive: bool = False
 
 
-@dataclass(frozen=True)
-class ScaledProfile:
-    """A callable profile times a factor."""
-
-    profile: Callable[[Array], Array]
-    factor: float
-
-    def __call__(self, x: Array) -> Array:
-        return self.factor * np.asarray(self.profile(x))
-
-
-def scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:
-    """Return the profile `spec` times `factor`, of the same kind."""
-    if isinstance(spec, Stations):
-        return Stations(spec.x, [factor * value for value in spec.values])
-    if callable(spec):
-        return ScaledProfile(spec, factor)
-    if isinstance(spec, Sequence):
-        return tuple(factor * value for value in spec)
-    return factor * spec
-
-
-def _scale_mass(arm: Arm, factor: float) -> Arm:
-    profile = scaled(arm.beam.mass_per_length, factor)
-    return replace(arm, beam=replace(arm.beam, mass_per_length=profile))
-
-
-def _scale_stiffness(arm: Arm, factor: float) -> Arm:
-    profile = scaled(arm.beam.bending_stiffness, factor)
-    return replace(arm, beam=replace(arm.beam, bending_stiffness=profile))
-
-
 ADJUSTABLE: dict[str, Adjustable] = {
     each.name: each
     for each in (
         Adjustable(
-            "beam.stiffness", "×", lambda arm: 1.0, _scale_stiffness, lambda arm: 1.0, positive=True
+            "beam.stiffness",
+            "×",
+            lambda arm: 1.0,
+            lambda arm, value: vary(arm, stiffness_factor=value),
+            lambda arm: 1.0,
+            positive=True,
         ),
-        Adjustable("beam.mass", "×", lambda arm: 1.0, _scale_mass, lambda arm: 1.0, positive=True),
+        Adjustable(
+            "beam.mass",
+            "×",
+            lambda arm: 1.0,
+            lambda arm, value: vary(arm, mass_factor=value),
+            lambda arm: 1.0,
+            positive=True,
+        ),
         Adjustable(
             "payload.mass",
             "kg",

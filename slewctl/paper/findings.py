@@ -17,7 +17,7 @@ from slewctl.arm.catalogue import paper_beam
 from slewctl.basis import Basis, ClampedFree, Slewing
 from slewctl.design import lqg
 from slewctl.loop import Loop, close
-from slewctl.model import Truth, assemble, truth
+from slewctl.model import Truth, assemble, beam_inertia, truth
 from slewctl.paper.integrators import IntegratorFinding, integrator_finding
 from slewctl.plant import Objective, generalised_plant
 
@@ -159,10 +159,10 @@ def findings() -> Findings:
 def hub_finding() -> HubFinding:
     """Return the sweep of J_h / J_beam for the paper's beam."""
     bare = truth(paper_beam(), TRUTH_MODES)
-    beam_inertia = float(bare.mass[0, 0])
+    inertia = beam_inertia(paper_beam())
     objective = Objective(LIMITS, NOISE)
     return HubFinding(
-        beam_inertia,
+        inertia,
         FREQUENCY_FUNCTIONS,
         COMPARED_MODES,
         DESIGN_FUNCTIONS,
@@ -173,7 +173,7 @@ def hub_finding() -> HubFinding:
         dict(NOISE),
         _first_mode_errors(ClampedFree, bare),
         _first_mode_errors(Slewing, bare),
-        tuple(_point(ratio, ratio * beam_inertia, objective) for ratio in HUB_RATIOS),
+        tuple(_point(ratio, ratio * inertia, objective) for ratio in HUB_RATIOS),
     )
 
 

@@ -11,7 +11,7 @@ from random_multiloops import flexible_plant, lqg_controller
 from strategies import deterministic
 
 from slewctl import InputError
-from slewctl.loop.frequency import FrequencyResponse
+from slewctl.frequency import FrequencyResponse
 from slewctl.loop.gap import best_output_scale, nu_gap, stability_margin_bpc
 
 gains = st.floats(-5.0, 5.0)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from random_loops import stable_loops
 
+from slewctl.frequency import FrequencyResponse
 from slewctl.loop import Loop, classical_margins
-from slewctl.loop.frequency import FrequencyResponse
-from slewctl.loop.peaks import PEAK_TOLERANCE, peak_gain
+from slewctl.peaks import PEAK_TOLERANCE, peak_gain
 
 
 @pytest.mark.parametrize("zeta", [1e-6, 1e-4, 0.02, 0.3])

@@ -24,7 +24,7 @@ from slewctl import (
     lqg,
     truth,
 )
-from slewctl.loop.frequency import FrequencyResponse
+from slewctl.frequency import FrequencyResponse
 from slewctl.loop.smallgain import LeftOut, residual_modes, small_gain
 
 BEAM = Beam(1.0, (1.0, -0.4), (1.0, -0.4))

@@ -9,7 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from slewctl import Arm, Beam, Hub, InputError, Payload, Stations, arms
-from slewctl.model.adjustable import ADJUSTABLE, scaled
+from slewctl.arm.variation import scaled
+from slewctl.model.adjustable import ADJUSTABLE
 from slewctl.model.fit import fit
 from slewctl.model.locked import frequencies
 

@@ -6,8 +6,8 @@ import control
 import numpy as np
 import pytest
 
+from slewctl.frequency import FrequencyResponse
 from slewctl.loop import Margins, peak_gain
-from slewctl.loop.frequency import FrequencyResponse
 from slewctl.loop.public import margins
 
 S = control.tf("s")

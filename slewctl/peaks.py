@@ -16,9 +16,9 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from slewctl._types import Array, ComplexArray
+from slewctl.equivalent import Equivalent, equivalent
 from slewctl.errors import AccuracyError
-from slewctl.loop.equivalent import Equivalent, equivalent
-from slewctl.loop.frequency import FrequencyResponse
+from slewctl.frequency import FrequencyResponse
 
 # The peak is at most this much, relative, above the value that is returned.
 PEAK_TOLERANCE = 1e-8

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import matrix_balance
 
 from slewctl._types import Array, ComplexArray
-from slewctl.loop.frequency import sample_time
+from slewctl.frequency import sample_time
 
 Matrix = Array | ComplexArray
 # A pole nearer to −1 than this is turned away from it.
