@@ -11,6 +11,7 @@ from typing import Any
 from slewctl._show import DataFrame, table_html, to_frame
 from slewctl.arm import Arm
 from slewctl.compare.answer import GOOD, stable
+from slewctl.compare.design_model import BASES
 from slewctl.compare.grid import omega_of
 from slewctl.compare.points import place_of
 from slewctl.errors import DesignError
@@ -18,8 +19,6 @@ from slewctl.model import beam_inertia
 
 BANDWIDTHS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5)
 ORDERS = (1, 2, 3, 4, 5, 6)
-# Simplest first: of two bases that do equally well the simpler one is recommended.
-BASES = ("clamped-free", "slewing", "hub-matched", "arm-matched")
 # Classical rules of thumb for a loop that someone will run.
 LEAST_GAIN_DB = 6.0
 LEAST_PHASE_DEG = 30.0

@@ -190,7 +190,8 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
         evaluations.append(outcome.evaluation)
         if n == case.n:
             curves.append(_curve(outcome))
-            shapes.append(_shapes(basis, outcome.model, min(case.n, SHAPES_SHOWN)))
+            if outcome.design.model is not None:
+                shapes.append(_shapes(basis, outcome.design.model, min(case.n, SHAPES_SHOWN)))
     chosen = next(e for e in evaluations if (e.basis, e.n) == (case.basis, case.n))
     return CaseResult(
         case, _summary(judge), chosen, tuple(evaluations), tuple(curves), tuple(shapes)

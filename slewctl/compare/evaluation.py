@@ -9,12 +9,12 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.arm import Arm
-from slewctl.basis import create
 from slewctl.compare.case import Case
-from slewctl.design import METHODS, Controller, lqg
+from slewctl.compare.design_model import DesignModel, design_model
+from slewctl.design import Controller, lqg
 from slewctl.errors import SlewctlError
 from slewctl.loop import Loop, Margins, SlewResponse, SlewSummary, close, simulate_slew
-from slewctl.model import Model, Truth, assemble, truth
+from slewctl.model import Truth, truth
 from slewctl.plant import generalised_plant
 
 # Times at which a slew is drawn; its summary is read from four times as many.
@@ -120,7 +120,7 @@ class Outcome:
     """An evaluation with the design model, the loop and the slew that it was read from."""
 
     evaluation: Evaluation
-    model: Model
+    design: DesignModel
     loop: Loop
     slew: SlewResponse | None
 
@@ -141,12 +141,15 @@ class Judge:
         """The H2-optimal controller for the truth itself."""
         return lqg(generalised_plant(self.truth, self.case.objective))
 
-    def design(self, basis: str, n: int) -> tuple[Model, Controller]:
+    def model(self, basis: str, n: int) -> DesignModel:
+        """Return what n functions of a basis, or a reduction to n modes, give to design on."""
+        return design_model(self.truth, self.case.objective, basis, n)
+
+    def design(self, basis: str, n: int) -> tuple[DesignModel, Controller]:
         """Return the design model and the controller made on it alone."""
-        model = assemble(self.case.arm, create(basis, n, self.case.arm))
-        plant = generalised_plant(model, self.case.objective)
+        model = self.model(basis, n)
         try:
-            return model, METHODS[self.case.method](plant, **self.case.options)
+            return model, model.controller(self.case.method, self.case.options)
         except SlewctlError as error:
             raise error.within("controller", ".") from error
 
@@ -181,26 +184,34 @@ class Judge:
         """
         try:
             other = Judge(replace(self.case, arm=arm))
-            return other.assess(*self.chosen, *self.own).evaluation
+            return other.assess(*self.own, again=True).evaluation
         except SlewctlError as error:
             raise error.within(self.case.source or self.case.name) from error
 
     def _evaluate(self, basis: str, n: int) -> Outcome:
-        made = self.own if (basis, n) == self.chosen else self.design(basis, n)
-        return self.assess(basis, n, *made)
+        own = (basis, n) == self.chosen
+        return self.assess(*(self.own if own else self.design(basis, n)), again=own)
 
-    def assess(self, basis: str, n: int, model: Model, controller: Controller) -> Outcome:
-        """Return what a controller, made on n functions of a basis, achieves on the truth."""
+    def assess(self, design: DesignModel, controller: Controller, *, again: bool) -> Outcome:
+        """Return what a controller, made on a design model, achieves on the truth.
+
+        Parameters
+        ----------
+        design : DesignModel
+        controller : Controller
+        again : bool
+            Whether to judge it on a truth of twice the modes as well.
+        """
         loop = close(self.truth, self.case.objective, controller)
-        kept = self.truth.omega[: model.n]
+        omega = design.omega
         stable = loop.stable
         slew = simulate_slew(loop, self.case.slew, _SLEW_POINTS) if stable else None
         return Outcome(
             Evaluation(
-                basis=basis,
-                n=n,
-                frequencies_hz=model.frequencies_hz,
-                frequency_errors=model.omega / kept - 1,
+                basis=design.source,
+                n=design.n,
+                frequencies_hz=omega / (2 * np.pi),
+                frequency_errors=omega / self.truth.omega[: len(omega)] - 1,
                 verified=controller.certificate.verified,
                 certificate=str(controller.certificate),
                 expected_cost=controller.h2_cost,
@@ -214,17 +225,17 @@ class Judge:
                 cost_discrepancy=loop.h2.discrepancy if stable else None,
                 loss=loop.h2.value / self.optimal.h2_cost - 1 if stable else None,
                 slew=slew.summary if slew else None,
-                finer=self._again(controller) if (basis, n) == self.chosen else None,
+                finer=self._again(controller) if again else None,
                 optimum_verified=self.optimal.certificate.verified,
                 truth_tolerance=self.truth.tolerance,
             ),
-            model,
+            design,
             loop,
             slew,
         )
 
     @cached_property
-    def own(self) -> tuple[Model, Controller]:
+    def own(self) -> tuple[DesignModel, Controller]:
         """The case's own design model and controller."""
         return self.design(*self.chosen)
 

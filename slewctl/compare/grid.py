@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass, replace
 
 from slewctl.arm import Arm, Payload
-from slewctl.basis import NAMES
+from slewctl.compare.design_model import BASES, SOURCES
 from slewctl.design import METHODS, options
 from slewctl.errors import (
     InputError,
@@ -32,6 +32,8 @@ OBSERVER_SPEED = 2.0
 # The largest acceptable tip error over the reach; only its ratio to the torque matters.
 _TIP = 0.05
 _ANGLE_DEG = 30.0
+# What a study can measure.
+SENSORS = ("theta", "theta_dot", "tip", "tip_deflection")
 # Enough to know the first of them.
 _FEW_MODES = 10
 
@@ -62,7 +64,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Point:
-    """One design at one setting."""
+    """One design at one setting; `basis` may name a reduction of the truth instead."""
 
     setting: Setting
     basis: str
@@ -84,7 +86,9 @@ class Grid:
 
     Parameters
     ----------
-    bases, methods : tuple of str
+    bases : tuple of str
+        Bases, or reductions of the truth to as many modes, by name.
+    methods : tuple of str
     orders : tuple of int
     hub_ratios, payload_ratios, damping_ratios, bandwidths : tuple of float
     sensors : tuple of tuple of str
@@ -95,7 +99,7 @@ class Grid:
         For an empty axis, an unknown name or an impossible value.
     """
 
-    bases: tuple[str, ...] = ("clamped-free", "slewing", "hub-matched", "arm-matched")
+    bases: tuple[str, ...] = BASES
     orders: tuple[int, ...] = (1, 2, 3, 4, 5, 6, 7, 8)
     methods: tuple[str, ...] = ("lqg",)
     hub_ratios: tuple[float, ...] = (0.0, 0.1, 1.0, 10.0)
@@ -113,14 +117,16 @@ class Grid:
                 )
             object.__setattr__(self, axis, tuple(values))
         for basis in self.bases:
-            check_choice(basis, NAMES, "bases")
+            check_choice(basis, SOURCES, "bases")
         for method in self.methods:
             check_choice(method, METHODS, "methods")
         for n in self.orders:
             check_count(n, "orders")
         _numbers(self, ("hub_ratios", "payload_ratios", "damping_ratios"), check_nonnegative)
         _numbers(self, ("bandwidths",), check_positive)
-        object.__setattr__(self, "sensors", tuple(tuple(names) for names in self.sensors))
+        object.__setattr__(self, "sensors", tuple(_sensors(names) for names in self.sensors))
+        for axis in self.__dataclass_fields__:  # a value given twice is tried once
+            object.__setattr__(self, axis, tuple(dict.fromkeys(getattr(self, axis))))
 
     def points(self) -> Iterator[Point]:
         """Yield every point, those of one setting together."""
@@ -135,8 +141,31 @@ class Grid:
             for method, basis, n in itertools.product(self.methods, self.bases, self.orders):
                 yield Point(Setting(*values), basis, n, method)
 
+    def __contains__(self, point: Point) -> bool:
+        s = point.setting
+        return (
+            point.basis in self.bases
+            and point.n in self.orders
+            and point.method in self.methods
+            and s.hub_ratio in self.hub_ratios
+            and s.payload_ratio in self.payload_ratios
+            and s.damping_ratio in self.damping_ratios
+            and s.bandwidth in self.bandwidths
+            and s.sensors in self.sensors
+        )
+
     def __len__(self) -> int:
         return math.prod(len(values) for values in astuple(self))
+
+
+def _sensors(names: object) -> tuple[str, ...]:
+    if isinstance(names, str) or not isinstance(names, Sequence) or not names:
+        raise InputError(
+            f"{shown(names)} is not a list of sensors",
+            where="sensors",
+            remedy='give lists in a list, as in [["theta", "tip"]]',
+        )
+    return tuple(check_choice(name, SENSORS, "sensors") for name in names)
 
 
 def _numbers(grid: Grid, axes: Sequence[str], check: Callable[[object, str], float]) -> None:
@@ -177,12 +206,10 @@ class Study:
             )
 
     def points(self) -> Iterator[Point]:
-        """Yield every point once."""
-        seen: set[str] = set()
-        for grid in self.grids:
+        """Yield every point once, without a memory of those before."""
+        for place, grid in enumerate(self.grids):
             for point in grid.points():
-                if point.key not in seen:
-                    seen.add(point.key)
+                if not any(point in earlier for earlier in self.grids[:place]):
                     yield point
 
 
@@ -212,21 +239,35 @@ def objective_of(arm: Arm, bandwidth: float, sensors: Sequence[str]) -> Objectiv
         ω_c over the first flexible frequency.
     sensors : sequence of str
     """
-    reach = arm.hub.radius + arm.beam.length
     inertia, omega = total_inertia(arm), omega_of(arm, bandwidth)
-    tip = _TIP * reach
-    torque = tip / reach * inertia * omega**2
-    angle_noise = 1.0 / (inertia * (OBSERVER_SPEED * omega) ** 2)
-    readings = {
-        "theta": angle_noise,
-        "theta_dot": angle_noise * OBSERVER_SPEED * omega,
-        "tip": angle_noise * reach,
-        "tip_deflection": angle_noise * reach,
-    }
-    for name in sensors:
-        check_choice(name, readings, "sensors")
-    noise = {name: readings[name] for name in sensors}
-    return Objective({"tip": tip, "torque": torque}, {"torque": 1.0, **noise})
+    filter_omega = OBSERVER_SPEED * omega
+    units = reading_units(arm, filter_omega, sensors)
+    noise = {name: unit / (inertia * filter_omega**2) for name, unit in units.items()}
+    limits = {"tip": _TIP * _reach(arm), "torque": _TIP * inertia * omega**2}
+    return Objective(limits, {"torque": 1.0, **noise})
+
+
+def reading_units(arm: Arm, omega: float, sensors: Sequence[str]) -> dict[str, float]:
+    """Return what each sensor reads when the rigid arm swings by 1 rad at omega, in SI units.
+
+    Parameters
+    ----------
+    arm : Arm
+    omega : float
+        In rad/s.
+    sensors : sequence of str
+
+    Raises
+    ------
+    InputError
+        For a sensor that is not among `SENSORS`.
+    """
+    units = dict(zip(SENSORS, (1.0, omega, _reach(arm), _reach(arm)), strict=True))
+    return {name: units[check_choice(name, SENSORS, "sensors")] for name in sensors}
+
+
+def _reach(arm: Arm) -> float:
+    return arm.hub.radius + arm.beam.length
 
 
 def omega_of(arm: Arm, bandwidth: float) -> float:

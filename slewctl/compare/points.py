@@ -13,24 +13,26 @@ from typing import Any
 import numpy as np
 
 from slewctl.arm import Arm
-from slewctl.basis import create
 from slewctl.compare.case import Case
-from slewctl.compare.evaluation import Evaluation, Judge
+from slewctl.compare.design_model import DesignModel
+from slewctl.compare.destabilised import destabilised_mode
+from slewctl.compare.evaluation import Judge, Outcome
 from slewctl.compare.grid import (
     Point,
     Study,
     arm_of,
     objective_of,
+    omega_of,
     options_of,
+    reading_units,
     slew_of,
 )
 from slewctl.compare.study_result import StudyResult
 from slewctl.compare.sweep import Piece, Row, rows, sweep
-from slewctl.design import METHODS, Controller
+from slewctl.design import Controller
 from slewctl.errors import SlewctlError
-from slewctl.loop import close
-from slewctl.model import Model, assemble, total_inertia, truth
-from slewctl.plant import generalised_plant
+from slewctl.loop import Loop, close, nu_gap, stability_margin_bpc
+from slewctl.model import total_inertia, truth
 
 # What a row tells beside its axes, in this order.
 _COLUMNS = (
@@ -39,6 +41,7 @@ _COLUMNS = (
     "stable_on_twice",
     "verified",
     "unstable_ratio",
+    "unstable_mode",
     "loss",
     "optimum_drift",
     "gain_margin_db",
@@ -50,9 +53,12 @@ _COLUMNS = (
     "settling",
     "residual",
     "peak_torque",
+    "nu_gap",
+    "generalised_margin",
     "frequency_error",
     "worst_frequency_error",
     "condition",
+    "error_bound",
 )
 
 
@@ -91,8 +97,46 @@ def run_study(
 def evaluate_point(work: Work) -> list[Row]:
     """Return the row of one point: its axes, and what the design achieves on the truth.
 
-    Lengths of time are in periods of the first flexible mode, the residual is relative to
-    the tip's travel, the peak torque to that of the rigid arm.
+    Parameters
+    ----------
+    work : Work
+
+    Returns
+    -------
+    list of mapping
+        One row.  Beside the axes:
+
+        outcome
+            ``stable``, ``unstable`` or ``no design``; then `reason` says why not, and all
+            else is None.
+        stable_on_twice
+            The verdict on a truth of twice the modes.
+        verified
+            Whether the design's own checks passed.
+        unstable_ratio
+            The frequency that grows over that of the first flexible mode.
+        unstable_mode
+            Number of the mode that was lost, 0 for the rigid body; on the larger truth
+            where only that one is unstable.
+        loss
+            Cost on the truth over the optimal one, less 1.
+        optimum_drift
+            Relative change of the optimal cost on a truth of twice the modes.
+        delay_margin, settling
+            In periods of the first flexible mode.
+        residual
+            Residual vibration of the tip over its travel.
+        peak_torque
+            Over that of the rigid arm.
+        nu_gap, generalised_margin
+            ν-gap between design model and truth, and b(P, C) on the design model: the loop
+            on the truth is stable for certain where b is larger.  Signals are counted in
+            what the rigid arm reads, and needs, when it swings at the bandwidth by 1 rad.
+            None where they are not known to working precision, as without damping.
+        condition
+            Condition number of M_e; None for a reduction.
+        error_bound
+            Of a reduction, see `slewctl.plant.Reduced`; None for a basis.
     """
     point, setting = work.point, work.point.setting
     axes = {
@@ -128,13 +172,11 @@ class Place:
 
     def row(self, basis: str, n: int, method: str) -> dict[str, Any]:
         """Return what a design achieves; a design that cannot be made has a reason instead."""
-        arm = self.judge.case.arm
         try:
-            model = assemble(arm, create(basis, n, arm))
-            plant = generalised_plant(model, self.judge.case.objective)
-            controller = METHODS[method](plant, **options_of(method, arm, self.bandwidth))
-            found = self.judge.assess(basis, n, model, controller).evaluation
-            return _results(self, found, model, controller)
+            design = self.judge.model(basis, n)
+            options = options_of(method, self.judge.case.arm, self.bandwidth)
+            controller = design.controller(method, options)
+            return _results(self, self.judge.assess(design, controller, again=False), controller)
         except SlewctlError as error:
             return dict.fromkeys(_COLUMNS) | {"outcome": "no design", "reason": str(error)}
 
@@ -149,20 +191,20 @@ def place_of(arm: Arm, bandwidth: float, sensors: tuple[str, ...], truth_modes: 
     return Place(judge, bandwidth, finer.optimal.h2_cost / judge.optimal.h2_cost - 1)
 
 
-def _results(
-    place: Place, found: Evaluation, model: Model, controller: Controller
-) -> dict[str, Any]:
-    case = place.judge.case
+def _results(place: Place, outcome: Outcome, controller: Controller) -> dict[str, Any]:
+    case, design, found = place.judge.case, outcome.design, outcome.evaluation
     finer = close(truth(case.arm, 2 * case.truth_modes), case.objective, controller)
     margins, slew = found.margins, found.slew
     period = 2 * math.pi / float(place.judge.truth.omega[0])
     travel = math.radians(abs(case.slew.angle_deg)) * (case.arm.hub.radius + case.arm.beam.length)
+    gap, margin = _gap(place, design, outcome.loop)
     return {
         "outcome": "stable" if found.stable else "unstable",
         "reason": "",
         "stable_on_twice": finer.stable,
         "verified": found.verified,
         "unstable_ratio": _ratio(found.unstable_hz, period),
+        "unstable_mode": _mode_lost(finer if found.stable else outcome.loop, design.n),
         "loss": found.loss,
         "optimum_drift": place.optimum_drift,
         "gain_margin_db": margins and margins.smaller_gain_db.value,
@@ -174,10 +216,35 @@ def _results(
         "settling": slew and slew.settling_time_s / period,
         "residual": slew and slew.residual_m / travel,
         "peak_torque": slew and slew.peak_torque / _rigid_peak(place),
+        "nu_gap": gap,
+        "generalised_margin": margin,
         "frequency_error": abs(float(found.frequency_errors[0])),
         "worst_frequency_error": found.worst_frequency_error,
-        "condition": float(np.linalg.cond(model.mass[1:, 1:])),
+        "condition": float(np.linalg.cond(design.model.mass[1:, 1:])) if design.model else None,
+        "error_bound": design.reduced.bound if design.reduced else None,
     }
+
+
+def _mode_lost(loop: Loop, kept: int) -> int | None:
+    lost = destabilised_mode(loop, kept)
+    return lost.number if lost else None
+
+
+def _gap(place: Place, design: DesignModel, loop: Loop) -> tuple[float | None, float | None]:
+    """Return the ν-gap from the truth and b(P, C), in units of the rigid arm's own swing."""
+    arm = place.judge.case.arm
+    omega = omega_of(arm, place.bandwidth)
+    units = reading_units(arm, omega, loop.controller.sensors)
+    outputs, torque = list(units.values()), total_inertia(arm) * omega**2
+    path = design.control_path
+    try:
+        gap = nu_gap(path, loop.plant.control_path, output_scale=outputs, input_scale=torque)
+        margin = stability_margin_bpc(
+            path, loop.controller.system, output_scale=outputs, input_scale=torque
+        )
+    except SlewctlError:  # undamped modes that nothing moves have no graph to compare
+        return None, None
+    return gap.value, margin.value
 
 
 def _ratio(unstable_hz: tuple[float, ...], period: float) -> float | None:

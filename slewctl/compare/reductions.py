@@ -7,36 +7,13 @@ computation first.  All designs use the same method and are judged on the truth.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import control
-
-from slewctl.basis import create
 from slewctl.compare.case import Case
+from slewctl.compare.design_model import BASES, REDUCTIONS
 from slewctl.compare.evaluation import Judge
-from slewctl.design import METHODS
-from slewctl.errors import AccuracyError, DesignError, InputError, check_count
+from slewctl.errors import InputError, SlewctlError, check_count
 from slewctl.loop import Margins, close
-from slewctl.model import assemble
-from slewctl.plant import (
-    GeneralisedPlant,
-    Reduced,
-    balanced_truncation,
-    generalised_plant,
-    modal_truncation,
-)
-
-BASES_BEFORE = ("clamped-free", "slewing", "hub-matched", "arm-matched")
-
-REDUCTIONS_AFTER: dict[str, Callable[[GeneralisedPlant, int], Reduced]] = {
-    "balanced truncation": lambda plant, n: balanced_truncation(plant, 2 * n + 2),
-    "balanced truncation, control path": lambda plant, n: balanced_truncation(
-        plant, 2 * n + 2, path="control"
-    ),
-    "modal truncation": lambda plant, n: modal_truncation(plant, n, False),
-    "modal truncation, static correction": lambda plant, n: modal_truncation(plant, n, True),
-}
 
 
 @dataclass(frozen=True)
@@ -139,50 +116,23 @@ def compare_reductions(case: Case, order: int) -> Reductions:
             where="order",
             remedy=f"give an order below {case.truth_modes}",
         )
-    rows = [_before(judge, name, order) for name in BASES_BEFORE]
-    whole = generalised_plant(judge.truth, case.objective)
-    rows += [_after(judge, whole, name, order) for name in REDUCTIONS_AFTER]
-    return Reductions(
-        case.name, order, case.method, judge.optimal.h2_cost, judge.truth.modes, tuple(rows)
-    )
+    rows = tuple(_row(judge, name, order) for name in (*BASES, *REDUCTIONS))
+    return Reductions(case.name, order, case.method, judge.optimal.h2_cost, judge.truth.modes, rows)
 
 
-def _before(judge: Judge, name: str, order: int) -> ReductionRow:
-    model = assemble(judge.case.arm, create(name, order, judge.case.arm))
-    plant = generalised_plant(model, judge.case.objective)
-    return _row(judge, name, plant, lambda system: system, None)
-
-
-def _after(judge: Judge, whole: GeneralisedPlant, name: str, order: int) -> ReductionRow:
+def _row(judge: Judge, name: str, order: int) -> ReductionRow:
+    """Design on one small model, close around the truth, and say what came of it."""
+    row = ReductionRow(name, name in REDUCTIONS, 2 * order + 2)
     try:
-        reduced = REDUCTIONS_AFTER[name](whole, order)
-    except (InputError, AccuracyError) as error:
-        return ReductionRow(name, True, 2 * order + 2, refused=str(error))
-    plant = reduced.plant or whole
-    return _row(judge, name, plant, reduced.corrected, reduced.bound)
-
-
-def _row(
-    judge: Judge,
-    name: str,
-    plant: GeneralisedPlant,
-    correct: Callable[[control.StateSpace], control.StateSpace],
-    bound: float | None,
-) -> ReductionRow:
-    """Design on `plant`, close around the truth, and say what came of it."""
-    case, after = judge.case, bound is not None
-    states = int(plant.system.nstates)
-    try:
-        controller = METHODS[case.method](plant, **case.options)
-    except (DesignError, InputError, AccuracyError) as error:
-        return ReductionRow(name, after, states, bound, refused=str(error))
-    loop = close(judge.truth, case.objective, correct(controller.system))
+        design, controller = judge.design(name, order)
+    except SlewctlError as error:
+        return replace(row, refused=str(error))
+    loop = close(judge.truth, judge.case.objective, controller)
     cost = loop.h2.value if loop.stable else None
-    return ReductionRow(
-        name=name,
-        after=after,
-        states=states,
-        bound=bound,
+    return replace(
+        row,
+        states=int(design.plant.system.nstates),
+        bound=design.reduced.bound if design.reduced else None,
         verified=controller.certificate.verified,
         stable=loop.stable,
         unstable_hz=() if loop.stable else loop.unstable_hz,

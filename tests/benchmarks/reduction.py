@@ -75,7 +75,7 @@ def main() -> None:
                 if not titles:
                     titles = tuple(row.name for row in result.rows)
                     print(f"{'sensors':16}{'loop':8}{'hub':>6}{'load':>6}{'n':>3}  " + "".join(
-                        f"{name.replace('truncation', 'tr.')[:19]:>20}" for name in titles))  # fmt: skip
+                        f"{name.replace('truncation', 'tr')[:19]:>20}" for name in titles))  # fmt: skip
                 print(
                     f"{sensors:16}{speed:8}{hub:6g}{payload:6g}{order:3}  "
                     + "".join(f"{shown(row):>20}" for row in result.rows),
@@ -90,7 +90,7 @@ def main() -> None:
         for name in titles:
             stable = sum(r[name].stable for r in results)
             close, near = (
-                sum(as_good(r[name], r["balanced truncation"], slack) for r in results)
+                sum(as_good(r[name], r["balanced-truncation"], slack) for r in results)
                 for slack in (1e-4, 1e-2)
             )
             losses = [r[name].loss for r in both]

@@ -72,7 +72,8 @@ def test_rows_do_not_depend_on_units(length: float, mass: float, stiffness: floa
     point = Point(replace(SETTING, payload_ratio=0.0), "clamped-free", 2, "lqg")
     one, two = (evaluate_point(Work(s.arm, 10, point))[0] for s in (small, big))
     assert one["outcome"] == two["outcome"] == "stable"
-    for key in ("loss", "phase_margin_deg", "delay_margin", "disk_margin", "residual"):
+    for key in ("loss", "phase_margin_deg", "delay_margin", "disk_margin", "residual", "nu_gap",
+                "generalised_margin"):  # fmt: skip
         assert two[key] == pytest.approx(one[key], rel=1e-5), key
 
 
@@ -101,6 +102,47 @@ def test_study_is_the_same_over_threads_and_processes(tmp_path: Path) -> None:
     assert not np.isnan(losses).any()
 
 
+@pytest.fixture(scope="module")
+def some_rows() -> list[dict[str, object]]:
+    """Two bases and two reductions, with a hub and without, on two sets of sensors."""
+    grid = Grid(
+        bases=("slewing", "arm-matched", "balanced-truncation", "modal-truncation-static"),
+        orders=(1, 3), hub_ratios=(0.0, 1.0), sensors=(("theta", "theta_dot"), ("theta", "tip")),
+    )  # fmt: skip
+    study = Study("s", "", PAPER, (grid,), truth_modes=12)
+    return [dict(evaluate_point(Work(PAPER, 12, point))[0]) for point in study.points()]
+
+
+def test_a_gap_below_the_margin_means_a_stable_loop(some_rows: list[dict[str, object]]) -> None:
+    """Vinnicombe's theorem, for bases and reductions, the static correction included."""
+    safe = [row for row in some_rows if row["nu_gap"] < row["generalised_margin"]]  # type: ignore[operator]
+    assert len(safe) >= 4
+    assert {row["basis"] for row in safe} >= {"arm-matched", "balanced-truncation"}
+    assert all(row["outcome"] == "stable" for row in safe)
+    assert any(row["outcome"] == "unstable" for row in some_rows)
+
+
+def test_unstable_rows_name_the_mode_that_grows(some_rows: list[dict[str, object]]) -> None:
+    for row in some_rows:
+        lost = row["outcome"] == "unstable" or not row["stable_on_twice"]
+        assert (row["unstable_mode"] is not None) == lost
+        assert (row["unstable_ratio"] is not None) == (row["outcome"] == "unstable")
+
+
+def test_only_reductions_have_an_error_bound(some_rows: list[dict[str, object]]) -> None:
+    for row in some_rows:
+        assert (row["error_bound"] is None) == ("truncation" not in str(row["basis"]))
+        assert (row["condition"] is None) == ("truncation" in str(row["basis"]))
+
+
+def test_points_of_overlapping_grids_come_once() -> None:
+    first = Grid(orders=(1, 2, 1), hub_ratios=(0.0, 1.0, 0.0))
+    second = Grid(orders=(2, 3), hub_ratios=(1.0, 2.0))
+    points = list(Study("s", "", PAPER, (first, second, first)).points())
+    assert len(first) == 16  # a value given twice counts once
+    assert len({point.key for point in points}) == len(points) == 16 + 16 - 4
+
+
 def test_bad_grids_are_refused_with_their_axis() -> None:
     with pytest.raises(InputError, match="bandwidths"):
         Grid(bandwidths=(0.0,))
@@ -108,6 +150,10 @@ def test_bad_grids_are_refused_with_their_axis() -> None:
         Grid(bases=("slewin",))
     with pytest.raises(InputError, match="orders"):
         Grid(orders=())
+    with pytest.raises(InputError, match="sensors: unknown name 'tipp'"):
+        Grid(sensors=(("theta", "tipp"),))
+    with pytest.raises(InputError, match="is not a list of sensors"):
+        Grid(sensors=("theta",))  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"truth\.modes"):
         Study("s", "", PAPER, (Grid(orders=(15,)),))
 

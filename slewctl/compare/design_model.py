@@ -1,0 +1,135 @@
+"""What a controller is designed on: functions of a basis, or a reduction of the truth.
+
+A basis is chosen before modelling, a reduction is made after it, from a truth that had to
+be computed first.  Both give a small plant with the same number of states, and nothing of
+the truth beside it reaches the design.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import control
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.arm import Arm
+from slewctl.basis import NAMES, create
+from slewctl.design import METHODS, Controller
+from slewctl.errors import InputError, check_choice, check_count
+from slewctl.model import Model, Truth, assemble
+from slewctl.plant import (
+    GeneralisedPlant,
+    Objective,
+    Reduced,
+    balanced_truncation,
+    generalised_plant,
+    modal_truncation,
+)
+
+BASES = ("clamped-free", "slewing", "hub-matched", "arm-matched")
+"""The bases that are compared, the simplest first."""
+
+REDUCTIONS: dict[str, Callable[[GeneralisedPlant, int], Reduced]] = {
+    "balanced-truncation": lambda plant, n: balanced_truncation(plant, 2 * n + 2),
+    "balanced-control-path": lambda plant, n: balanced_truncation(plant, 2 * n + 2, path="control"),
+    "modal-truncation": lambda plant, n: modal_truncation(plant, n, False),
+    "modal-truncation-static": lambda plant, n: modal_truncation(plant, n, True),
+}
+"""Reductions of the truth to n flexible modes, or 2n flexible states, by name."""
+
+SOURCES = (*NAMES, *REDUCTIONS)
+"""All that a design model can be made of."""
+
+
+@dataclass(frozen=True, eq=False)
+class DesignModel:
+    """A small model, and how a controller made on it is used on the arm.
+
+    Attributes
+    ----------
+    source : str
+        Of `SOURCES`: a basis, or a reduction of the truth.
+    n : int
+        Flexible modes.
+    plant : GeneralisedPlant
+    model : Model or None
+        None for a reduction, which has matrices only.
+    reduced : Reduced or None
+    """
+
+    source: str
+    n: int
+    plant: GeneralisedPlant
+    model: Model | None = None
+    reduced: Reduced | None = None
+
+    @property
+    def omega(self) -> Array:
+        """Natural frequencies of the flexible modes in rad/s, increasing, shape (≤ n,)."""
+        if self.model is not None:
+            return self.model.omega
+        # Beside the rigid body's two poles, one of each pair.
+        return np.sort(np.abs(np.linalg.eigvals(self.plant.A)))[2::2]
+
+    @property
+    def control_path(self) -> control.StateSpace:
+        """From the actuator to the sensors, with the static correction of a reduction."""
+        path = self.plant.control_path
+        if self.reduced is None or not self.reduced.feedthrough.size:
+            return path
+        return control.StateSpace(
+            path.A, path.B, path.C, np.asarray(path.D) + self.reduced.feedthrough,
+            inputs=path.input_labels, outputs=path.output_labels,
+        )  # fmt: skip
+
+    def controller(self, method: str, options: Mapping[str, object]) -> Controller:
+        """Return what a method of `slewctl.design.METHODS` makes of the plant alone."""
+        made = METHODS[method](self.plant, **options)
+        if self.reduced is None:
+            return made
+        return replace(made, system=self.reduced.corrected(made.system))
+
+
+def design_model(truth: Truth, objective: Objective, source: str, n: int) -> DesignModel:
+    """Return the model of n flexible modes that a basis or a reduction gives.
+
+    Parameters
+    ----------
+    truth : Truth
+        Of a basis only its arm is used; a reduction is made of the truth itself.
+    objective : Objective
+    source : str
+        Of `SOURCES`.
+    n : int
+
+    Raises
+    ------
+    InputError
+        For an unknown source, an n that is no reduction of the truth, or a reduction that
+        needs damped modes where there are undamped ones.
+    AccuracyError
+        If a reduction is not confirmed by its own checks.
+    """
+    check_choice(source, SOURCES, "basis")
+    if source in NAMES:
+        model = _assembled(truth.arm, source, n)
+        return DesignModel(source, n, generalised_plant(model, objective), model)
+    if check_count(n, "n") >= truth.modes:
+        raise InputError(
+            f"the truth has {truth.modes} modes, there is nothing to reduce",
+            where="n",
+            remedy=f"give at most {truth.modes - 1}",
+        )
+    reduced = REDUCTIONS[source](generalised_plant(truth, objective), n)
+    if reduced.plant is None:
+        raise TypeError("a reduced generalised plant is one again")
+    return DesignModel(source, n, reduced.plant, None, reduced)
+
+
+@lru_cache(maxsize=64)
+def _assembled(arm: Arm, basis: str, n: int) -> Model:
+    """Return a Galerkin model; methods, sensors and bandwidths of a study share it."""
+    return assemble(arm, create(basis, n, arm))
