@@ -10,20 +10,17 @@ from rich.table import Table
 from slewctl.arm import Arm, catalogue
 from slewctl.basis import NAMES, create
 from slewctl.cli.check import check_command
+from slewctl.cli.options import OUT_FOLDER, PARQUET
 from slewctl.cli.study import recommend_command, study_command
 from slewctl.cli.terminal import OUT, progress, show
-from slewctl.compare import compare, count_designs
-from slewctl.files import find_arm, read_designs
+from slewctl.compare import Rung, compare, count_designs, spillover_ladder
+from slewctl.files import find_arm, read_design, read_designs
 from slewctl.model import BOUNDARIES, assemble, frequencies, truth
 from slewctl.paper import PARTS, reproduce
 
 _PATHS = click.argument(
     "paths", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="PATH..."
 )
-_OUT = click.option(
-    "--out", required=True, type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
-    help="Folder for the report; made if it isn't there.",
-)  # fmt: skip
 
 
 @click.group()
@@ -38,8 +35,9 @@ def cli() -> None:
 
 @cli.command("compare")
 @_PATHS
-@_OUT
-def compare_command(paths: tuple[Path, ...], out: Path) -> None:
+@OUT_FOLDER
+@PARQUET
+def compare_command(paths: tuple[Path, ...], out: Path, parquet: bool) -> None:
     """Compare the designs in PATH (TOML files or folders of them) on the truth."""
     from slewctl.report import write_comparison  # matplotlib is only needed here
 
@@ -48,7 +46,7 @@ def compare_command(paths: tuple[Path, ...], out: Path) -> None:
     with progress(count_designs(cases)) as step:
         comparison = compare(cases, step)
         step("drawing")
-        page = write_comparison(comparison, out)
+        page = write_comparison(comparison, out, as_parquet=parquet)
     for result in comparison.cases:
         stable = sum(e.stable for e in result.evaluations)
         OUT.print(
@@ -60,6 +58,32 @@ def compare_command(paths: tuple[Path, ...], out: Path) -> None:
 cli.add_command(check_command)
 cli.add_command(study_command)
 cli.add_command(recommend_command)
+
+
+@cli.command("ladder")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--basis", help="Design on another basis than the file's.")
+@click.option("-n", "n", type=click.IntRange(1), help="Design on another number of functions.")
+def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
+    """Judge DESIGN (a TOML file) with more and more modes of the truth.
+
+    Says at which number of modes the loop is lost, and which mode is lost first.
+    """
+    ladder = spillover_ladder(read_design(design).case, basis, n)
+    table = Table("modes N", "up to (Hz)", "gain up (dB)", "phase (deg)", "disk", "lost (%)",
+                  box=None)  # fmt: skip
+    for rung in ladder.rungs:
+        table.add_row(str(rung.modes), f"{rung.frequency_hz:.5g}", *_rung_cells(rung))
+    OUT.print(str(ladder), soft_wrap=True)
+    show(table)
+
+
+def _rung_cells(rung: Rung) -> tuple[str, ...]:
+    """Return margins and loss of a rung, or which pole or mode is lost."""
+    if not rung.stable:
+        return (f"unstable at {rung.unstable_hz[0]:.4g} Hz", "", "", "")
+    figures = (rung.gain_db, rung.phase_deg, rung.disk, 100 * (rung.loss or 0.0))
+    return tuple(f"{figure:.4g}" for figure in figures)
 
 
 @cli.command("modes")
@@ -125,7 +149,7 @@ def _published(arm: Arm, entry: catalogue.Entry) -> Table:
 
 
 @cli.command("paper")
-@_OUT
+@OUT_FOLDER
 def paper_command(out: Path) -> None:
     """Reproduce and correct the paper's tables and figures."""
     from slewctl.report import write_paper  # matplotlib is only needed here

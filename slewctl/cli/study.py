@@ -13,6 +13,7 @@ from typing import Any
 import click
 from rich.table import Table
 
+from slewctl.cli.options import OUT_FOLDER, PARQUET
 from slewctl.cli.terminal import OUT, counter, progress, show
 from slewctl.compare import (
     Recommendation,
@@ -28,16 +29,16 @@ from slewctl.files import find_arm, read_study
 
 @click.command("study")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--out", required=True, type=click.Path(path_type=Path, file_okay=False),
-              metavar="DIR", help="Folder of the report and of results as they come.")  # fmt: skip
+@OUT_FOLDER
 @click.option("--resume", is_flag=True, help="Go on with the results that are in the folder.")
 @click.option("--workers", type=click.IntRange(1), metavar="N",
               help="Processes to use; as many as there are cores by default.")  # fmt: skip
 @click.option(
     "--dask", metavar="ADDRESS", help="Run on this Dask cluster, such as tcp://host:8786."
 )
+@PARQUET
 def study_command(
-    file: Path, out: Path, resume: bool, workers: int | None, dask: str | None
+    file: Path, out: Path, resume: bool, workers: int | None, dask: str | None, parquet: bool
 ) -> None:
     """Try the grid of designs in FILE on the truth and report which basis wins where.
 
@@ -52,7 +53,7 @@ def study_command(
             study, out / "results.jsonl", stamp=_stamp(study), executor=executor,
             workers=workers, resume=resume, progress=step,
         )  # fmt: skip
-    page = write_study(result, out)
+    page = write_study(result, out, as_parquet=parquet)
     for sentence in result.answer.sentences:
         OUT.print(sentence, soft_wrap=True)
     OUT.print(f"report: {page}", soft_wrap=True)

@@ -1,17 +1,19 @@
 """Designs on several bases and orders, judged on the converged truth of their arm."""
 
 from slewctl.compare.advice import Recommendation, Trial, count_trials, recommend
-from slewctl.compare.answer import Answer, Duel, Share
+from slewctl.compare.answer import GOOD, PAPERS, Answer, Duel, GapScore, Lost, Share
 from slewctl.compare.case import Case
 from slewctl.compare.comparison import (
     CaseResult,
     Comparison,
     LoopCurves,
     ModeShapes,
+    Refusal,
     TruthSummary,
     compare,
     count_designs,
 )
+from slewctl.compare.design_model import BASES, REDUCTIONS, SOURCES, DesignModel, design_model
 from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
 from slewctl.compare.evaluation import Evaluation, FinerVerdict, Judge, Outcome, evaluate
 from slewctl.compare.grid import Grid, Point, Setting, Study, count_points
@@ -23,18 +25,26 @@ from slewctl.compare.sweep import Piece, WorkerDiedError, rows, sweep
 from slewctl.compare.uncertainty import VariedArm, WorstCase, worst_case
 
 __all__ = [
+    "BASES",
+    "GOOD",
+    "PAPERS",
+    "REDUCTIONS",
+    "SOURCES",
     "Answer",
     "Case",
     "CaseResult",
     "Comparison",
+    "DesignModel",
     "DestabilisedMode",
     "Duel",
     "Evaluation",
     "FinerVerdict",
+    "GapScore",
     "Grid",
     "Judge",
     "Ladder",
     "LoopCurves",
+    "Lost",
     "ModeShapes",
     "Outcome",
     "Piece",
@@ -42,6 +52,7 @@ __all__ = [
     "Recommendation",
     "ReductionRow",
     "Reductions",
+    "Refusal",
     "Rung",
     "Setting",
     "Share",
@@ -59,6 +70,7 @@ __all__ = [
     "count_designs",
     "count_points",
     "count_trials",
+    "design_model",
     "destabilised_mode",
     "evaluate",
     "evaluate_point",

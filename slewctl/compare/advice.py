@@ -10,7 +10,7 @@ from typing import Any
 
 from slewctl._show import DataFrame, table_html, to_frame
 from slewctl.arm import Arm
-from slewctl.compare.answer import GOOD, stable
+from slewctl.compare.answer import GOOD, percent, stable
 from slewctl.compare.design_model import BASES
 from slewctl.compare.grid import omega_of
 from slewctl.compare.points import place_of
@@ -83,8 +83,8 @@ class Recommendation:
             f"{self.arm} (hub inertia {self.hub_ratio:.3g} of the beam's, measuring "
             f"{', '.join(self.sensors)}): take the {self.basis} basis with n = {self.n}, and a "
             f"bandwidth of at most {self.bandwidth_hz:.3g} Hz.  Up to there LQG designs are "
-            f"stable on the converged arm, lose at most {GOOD:.0%} of the optimal cost and keep "
-            f"{LEAST_GAIN_DB:g} dB and {LEAST_PHASE_DEG:g} deg."
+            f"stable on the converged arm, lose at most {percent(GOOD)} of the optimal cost and "
+            f"keep {LEAST_GAIN_DB:g} dB and {LEAST_PHASE_DEG:g} deg."
         )
 
     def _repr_html_(self) -> str:
@@ -202,13 +202,13 @@ def _nothing_found(arm: Arm, trials: Sequence[Trial]) -> DesignError:
     closest = min(holding, key=lambda t: t.loss or 0.0, default=None)
     near = (
         f"; the closest is {closest.basis}, n = {closest.n} at {closest.bandwidth_hz:.3g} Hz, "
-        f"which loses {closest.loss:.0%} with {closest.phase_margin_deg:.0f} deg"
+        f"which loses {percent(closest.loss or 0.0)} with {closest.phase_margin_deg:.0f} deg"
         if closest
         else ""
     )
     return DesignError(
         f"no design for {arm.name} is stable with {LEAST_GAIN_DB:g} dB, {LEAST_PHASE_DEG:g} deg "
-        f"and at most {GOOD:.0%} of the optimal cost lost{near}",
+        f"and at most {percent(GOOD)} of the optimal cost lost{near}",
         where="recommend",
         remedy="add a sensor, or give the arm the hub inertia that it has",
     )

@@ -5,8 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any
+
+import numpy as np
+
+from slewctl.compare.design_model import BASES, REDUCTIONS
+from slewctl.compare.spillover import area_under_curve
 
 # Costs that differ by less than a percent are a draw.
 DRAW = 0.01
@@ -14,20 +19,27 @@ DRAW = 0.01
 GOOD = 0.05
 # The methods that minimise the cost by which they are judged; of others, less is expected.
 OPTIMAL = ("lqg", "h2-lmi")
-SIMPLEST_FIRST = ("clamped-free", "slewing", "hub-matched", "arm-matched")
+# Bases that are good as often as the best, to this share, are named beside it.
+_AS_OFTEN = 0.02
+# The paper's comparison, and the axes along which it is counted beside the hub's inertia.
+PAPERS = ("clamped-free", "slewing")
+HUB = "hub_ratio"
+OTHER_AXES = ("payload_ratio", "damping_ratio", "bandwidth", "sensors", "method", "n")
 
 Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Duel:
-    """Two bases over all pairs of designs that differ in nothing else.
+    """Two bases, or a basis and a reduction, over all pairs of designs alike but for it.
 
     Attributes
     ----------
     first, second : str
-    hub_ratio : float or None
-        None when all hubs are counted together.
+    axis : str or None
+        What all pairs have in common, such as ``hub_ratio``; None when all are counted.
+    value : float, int, str or None
+        Its value.
     first_wins, second_wins, draws : int
         A stable design beats an unstable one, a smaller cost one that is more than a percent
         larger.
@@ -35,7 +47,8 @@ class Duel:
 
     first: str
     second: str
-    hub_ratio: float | None
+    axis: str | None
+    value: Any
     first_wins: int
     second_wins: int
     draws: int
@@ -62,6 +75,52 @@ class Share:
     stable: int
     good: int
 
+    @property
+    def rate(self) -> float:
+        """Share of the designs that are good."""
+        return self.good / self.designs
+
+
+@dataclass(frozen=True)
+class Lost:
+    """Which mode the unstable designs on one basis have lost.
+
+    Attributes
+    ----------
+    basis : str
+    rigid, kept, next, higher : int
+        The rotation, a mode that the design knew, the first that it did not, and one above.
+    """
+
+    basis: str
+    rigid: int
+    kept: int
+    next: int
+    higher: int
+
+
+@dataclass(frozen=True)
+class GapScore:
+    """What the ν-gap between design model and truth told of the loop on the truth.
+
+    Attributes
+    ----------
+    designs, stable : int
+    certified : int
+        Designs whose margin b(P, C) is larger than the gap: stable for certain.
+    refuted : int
+        Those of them that are unstable; a theorem says none.
+    auc : float
+        Probability that of an unstable and a stable design the unstable one has the larger
+        gap over margin; NaN where one kind does not occur.
+    """
+
+    designs: int
+    stable: int
+    certified: int
+    refuted: int
+    auc: float
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -72,29 +131,59 @@ class Answer:
     sentences : tuple of str
         Three of them, with numbers.
     duels : tuple of Duel
-        Every pair of bases, over all hubs and at each hub ratio.
+        Every pair of bases, at each hub ratio.
+    elsewhere : tuple of Duel
+        The paper's two bases at each value of the other axes.
+    reductions : tuple of Duel
+        Every basis against every reduction of the truth, at each order.
     shares : tuple of Share
         Of the methods that minimise the cost; empty if there are none.
+    lost : tuple of Lost
+    gap : GapScore or None
+        None if no gap is known.
+    told_by_frequencies : tuple of int
+        Of the pairs of the paper's bases that one of them wins: in how many it is the one
+        with the smaller worst frequency error, and how many there are.
     """
 
     sentences: tuple[str, ...]
     duels: tuple[Duel, ...]
+    elsewhere: tuple[Duel, ...]
+    reductions: tuple[Duel, ...]
     shares: tuple[Share, ...]
+    lost: tuple[Lost, ...]
+    gap: GapScore | None
+    told_by_frequencies: tuple[int, int]
 
 
 def answer(rows: Sequence[Row]) -> Answer:
     """Return the answer that the rows of a study give (see `slewctl.compare.run_study`)."""
     rows = [row for row in rows if row["outcome"] != "no design"]
-    bases = [b for b in SIMPLEST_FIRST if any(row["basis"] == b for row in rows)]
-    ratios = sorted({row["hub_ratio"] for row in rows})
-    duels = tuple(
-        duel(rows, first, second, ratio)
-        for first, second in combinations(bases, 2)
-        for ratio in (None, *ratios)
-    )
+    tried = {row["basis"] for row in rows}
+    bases = [basis for basis in BASES if basis in tried]
+    reductions = [name for name in REDUCTIONS if name in tried]
+    pairs = list(combinations(bases, 2))
+    duels = tuple(d for a, b in pairs for d in along(rows, a, b, HUB))
     optimal = [row for row in rows if row["method"] in OPTIMAL]
     shares = tuple(share(optimal, basis) for basis in bases) if optimal else ()
-    return Answer(tuple(_sentences(duels, shares, ratios)), duels, shares)
+    papers = PAPERS if PAPERS in pairs else None
+    return Answer(
+        sentences=tuple(_sentences(rows, papers, shares)),
+        duels=duels,
+        elsewhere=tuple(d for axis in OTHER_AXES for d in along(rows, *papers, axis))
+        if papers
+        else (),
+        reductions=tuple(d for a, b in product(bases, reductions) for d in along(rows, a, b, "n")),
+        shares=shares,
+        lost=tuple(_lost(rows, basis) for basis in (*bases, *reductions)),
+        gap=_gap_score(rows),
+        told_by_frequencies=_told_by_frequencies(rows),
+    )
+
+
+def percent(share: float) -> str:
+    """Return a share for a sentence, in whole percent."""
+    return f"{100 * share:.0f} %"
 
 
 def stable(row: Row) -> bool:
@@ -107,19 +196,39 @@ def good(row: Row) -> bool:
     return stable(row) and row["loss"] <= GOOD
 
 
-def duel(rows: Iterable[Row], first: str, second: str, hub_ratio: float | None) -> Duel:
-    """Return how two bases compare, at one hub ratio or at all."""
+def duel(
+    rows: Iterable[Row], first: str, second: str, axis: str | None = None, value: Any = None
+) -> Duel:
+    """Return how two bases compare, at one value of an axis or at all."""
+    results = [
+        _compare(*pair)
+        for pair in pairs_of(rows, first, second)
+        if axis is None or pair[0][axis] == value
+    ]
+    return Duel(first, second, axis, value, results.count(1), results.count(-1), results.count(0))
+
+
+def along(rows: Sequence[Row], first: str, second: str, axis: str) -> list[Duel]:
+    """Return the duels at each value of an axis at which there are pairs; none for one value."""
+    found = pairs_of(rows, first, second)
+    values = sorted({a[axis] for a, _ in found})
+    if len(values) < 2 and axis != HUB:
+        return []
+    both = [row for pair in found for row in pair]
+    return [duel(both, first, second, axis, value) for value in values]
+
+
+def pairs_of(rows: Iterable[Row], first: str, second: str) -> list[tuple[Row, Row]]:
+    """Return the designs on two bases that are alike in everything else, side by side."""
     sides: dict[tuple[Any, ...], dict[str, Row]] = {}
     for row in rows:
-        if row["basis"] in (first, second) and hub_ratio in (None, row["hub_ratio"]):
+        if row["basis"] in (first, second):
             sides.setdefault(_alike(row), {})[row["basis"]] = row
-    results = [_compare(side[first], side[second]) for side in sides.values() if len(side) == 2]
-    return Duel(first, second, hub_ratio, results.count(1), results.count(-1), results.count(0))
+    return [(side[first], side[second]) for side in sides.values() if len(side) == 2]
 
 
 def _alike(row: Row) -> tuple[Any, ...]:
-    axes = ("hub_ratio", "payload_ratio", "damping_ratio", "bandwidth", "sensors", "method", "n")
-    return tuple(row[axis] for axis in axes)
+    return tuple(row[axis] for axis in (HUB, *OTHER_AXES))
 
 
 def _compare(a: Row, b: Row) -> int:
@@ -137,22 +246,74 @@ def share(rows: Iterable[Row], basis: str) -> Share:
     return Share(basis, len(own), sum(map(stable, own)), sum(map(good, own)))
 
 
+def _lost(rows: Iterable[Row], basis: str) -> Lost:
+    """Count the modes that unstable designs on a basis have lost, by their place behind n."""
+    places = [
+        (row["unstable_mode"], row["n"])
+        for row in rows
+        if row["basis"] == basis and row["unstable_mode"] is not None
+    ]
+    return Lost(
+        basis,
+        rigid=sum(mode == 0 for mode, _ in places),
+        kept=sum(0 < mode <= n for mode, n in places),
+        next=sum(mode == n + 1 for mode, n in places),
+        higher=sum(mode > n + 1 for mode, n in places),
+    )
+
+
+def _gap_score(rows: Iterable[Row]) -> GapScore | None:
+    known = [row for row in rows if row["nu_gap"] is not None]
+    if not known:
+        return None
+    holds = np.array([stable(row) for row in known])
+    gap = np.array([row["nu_gap"] for row in known])
+    margin = np.array([row["generalised_margin"] for row in known])
+    # A design that is unstable on its own model has no margin at all.
+    ratio = gap / np.maximum(margin, np.finfo(float).tiny)
+    certified = margin > gap
+    mixed = holds.any() and not holds.all()
+    return GapScore(
+        designs=len(known),
+        stable=int(holds.sum()),
+        certified=int(certified.sum()),
+        refuted=int((certified & ~holds).sum()),
+        auc=area_under_curve(ratio, ~holds) if mixed else math.nan,
+    )
+
+
+def _told_by_frequencies(rows: Iterable[Row]) -> tuple[int, int]:
+    decided = told = 0
+    for a, b in pairs_of(rows, *PAPERS):
+        winner = _compare(a, b)
+        decided += winner != 0
+        smaller = a["worst_frequency_error"] < b["worst_frequency_error"]
+        told += winner == (1 if smaller else -1)
+    return told, decided
+
+
 def _sentences(
-    duels: Sequence[Duel], shares: Sequence[Share], ratios: Sequence[float]
+    rows: Sequence[Row], papers: tuple[str, str] | None, shares: Sequence[Share]
 ) -> Iterable[str]:
-    papers = [d for d in duels if {d.first, d.second} == {"clamped-free", "slewing"}]
     if papers:
-        yield _does_it_matter(papers[0])
-        yield _where(papers[1:], ratios)
-    if not shares:
-        return
-    best = max(shares, key=lambda share: share.good / share.designs)
-    others = ", ".join(f"{s.basis} {s.good / s.designs:.0%}" for s in shares if s is not best)
-    beside = f" ({others})" if others else ""
-    yield (
-        f"For an arm of your own take the {best.basis} basis: {best.good / best.designs:.0%} of "
-        f"its {best.designs} LQG and H2 designs are stable and lose at most {GOOD:.0%} of the "
-        f"optimal cost{beside}."
+        yield _does_it_matter(duel(rows, *papers))
+        yield _where(along(rows, *papers, HUB)) + _neither(rows, papers)
+    if shares:
+        yield _pick(shares)
+
+
+def _pick(shares: Sequence[Share]) -> str:
+    """Say which basis to take, and which are good as often."""
+    best = max(shares, key=lambda share: share.rate)
+    equals = [s for s in shares if s is not best and best.rate - s.rate <= _AS_OFTEN]
+    worse = [s for s in shares if s is not best and s not in equals]
+    names = " or the ".join(s.basis for s in (best, *equals))
+    rates = " and ".join(f"{percent(s.rate)}" for s in (best, *equals))
+    beside = ", ".join(f"{s.basis} {percent(s.rate)}" for s in worse)
+    return (
+        f"For an arm of your own take the {names} basis: {rates} of "
+        f"{best.designs} LQG and H2 designs are stable and lose at most {percent(GOOD)} of the "
+        f"optimal cost{f' ({beside})' if beside else ''}."
     )
 
 
@@ -160,30 +321,42 @@ def _does_it_matter(total: Duel) -> str:
     differ = total.first_wins + total.second_wins
     return (
         f"The basis matters in {differ} of {total.pairs} pairs of designs alike but for it "
-        f"({differ / max(total.pairs, 1):.0%}): they differ in stability or by more than a "
+        f"({percent(differ / max(total.pairs, 1))}): they differ in stability or by more than a "
         f"percent of the cost; the {total.first} basis is better in "
         f"{total.first_wins} of them, the {total.second} basis in {total.second_wins}."
     )
 
 
-def _where(by_ratio: Sequence[Duel], ratios: Sequence[float]) -> str:
+def _where(duels: Sequence[Duel]) -> str:
     """Say at which hub ratios which of the two wins more pairs."""
-    first, second = by_ratio[0].first, by_ratio[0].second
-    winners = {
-        ratio: first if d.first_wins > d.second_wins else second if d.second_wins > d.first_wins
-        else ""
-        for ratio, d in zip(ratios, by_ratio, strict=True)
-    }  # fmt: skip
+    first, second = duels[0].first, duels[0].second
+    leads = {
+        second: [d for d in duels if d.second_wins > d.first_wins],
+        first: [d for d in duels if d.first_wins > d.second_wins],
+    }
     parts = []
-    for basis in (second, first):
-        won = [d for d in by_ratio if winners[d.hub_ratio or 0.0] == basis]
+    for basis, won in leads.items():
         if won:
-            at = ", ".join(f"{d.hub_ratio:g}" for d in won)
-            mine = sum(d.first_wins if basis == first else d.second_wins for d in won)
-            theirs = sum(d.second_wins if basis == first else d.first_wins for d in won)
+            wins = sum(d.first_wins for d in won), sum(d.second_wins for d in won)
+            mine, theirs = wins if basis == first else wins[::-1]
+            hubs = f"{'hub inertias' if len(won) > 1 else 'a hub inertia'} of {_listed(won)}"
             parts.append(
-                f"at hub inertias of {at} times the beam's the {basis} basis is ahead, "
-                f"{mine} to {theirs}"
+                f"at {hubs} times the beam's the {basis} basis is ahead, {mine} to {theirs}"
             )
     text = "; ".join(parts) or "at no hub inertia is either ahead"
     return text[0].upper() + text[1:] + "."
+
+
+def _neither(rows: Sequence[Row], papers: tuple[str, str]) -> str:
+    """Say at which hub ratios none of the two has a good design by an optimal method."""
+    tried = [row for row in rows if row["method"] in OPTIMAL and row["basis"] in papers]
+    ratios = sorted({row[HUB] for row in tried})
+    hopeless = [r for r in ratios if not any(good(row) for row in tried if row[HUB] == r)]
+    if not hopeless:
+        return ""
+    at = ", ".join(f"{ratio:g}" for ratio in hopeless)
+    return f" At {at} neither has a design that loses at most {percent(GOOD)} of the optimal cost."
+
+
+def _listed(duels: Sequence[Duel]) -> str:
+    return ", ".join(f"{d.value:g}" for d in duels)

@@ -11,6 +11,8 @@ from slewctl._show import DataFrame, table_html, to_frame
 from slewctl._types import Array, ComplexArray
 from slewctl.compare.case import Case
 from slewctl.compare.evaluation import Evaluation, Judge, Outcome
+from slewctl.compare.ladder import Ladder, climb, steps
+from slewctl.errors import SlewctlError
 from slewctl.loop import Loop, SlewResponse
 from slewctl.model import Model, beam_inertia
 
@@ -95,6 +97,15 @@ class TruthSummary:
     hub_ratio: float
 
 
+@dataclass(frozen=True)
+class Refusal:
+    """A basis and order for which the case's method makes no controller, and why not."""
+
+    basis: str
+    n: int
+    reason: str
+
+
 @dataclass(frozen=True, eq=False)
 class CaseResult:
     """A case with everything that was tried for it.
@@ -106,19 +117,25 @@ class CaseResult:
     chosen : Evaluation
         The case's own design.
     evaluations : tuple of Evaluation
-        Every basis and order compared, the chosen one included.
+        Every basis and order compared for which there is a design, the chosen one included.
+    refused : tuple of Refusal
+        The others, such as a model without the mode that an option names.
     curves : tuple of LoopCurves
         The chosen order on each basis.
     shapes : tuple of ModeShapes
         The truth, and the chosen order on each basis.
+    ladders : tuple of Ladder
+        The chosen order on each basis, as more and more modes of the truth are let in.
     """
 
     case: Case
     truth: TruthSummary
     chosen: Evaluation
     evaluations: tuple[Evaluation, ...]
+    refused: tuple[Refusal, ...]
     curves: tuple[LoopCurves, ...]
     shapes: tuple[ModeShapes, ...]
+    ladders: tuple[Ladder, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,8 +181,9 @@ def compare(cases: Iterable[Case], progress: Progress | None = None) -> Comparis
 
     Raises
     ------
-    DesignError
-        If a case's objective admits no controller.
+    SlewctlError
+        If there is no controller for a case's own design; for an alternative there is a
+        `Refusal` instead.
     """
     return Comparison(tuple(_compare_one(case, progress or _quiet) for case in cases))
 
@@ -182,19 +200,36 @@ def _quiet(_: str) -> None:
 def _compare_one(case: Case, progress: Progress) -> CaseResult:
     judge = Judge(case)
     evaluations: list[Evaluation] = []
+    refused: list[Refusal] = []
     curves: list[LoopCurves] = []
+    ladders: list[Ladder] = []
+    stairs = steps(judge, case.n)
     shapes = [_shapes("truth", judge.truth, min(case.n, SHAPES_SHOWN))]
     for basis, n in case.candidates:
         progress(f"{case.name}: {basis}, n = {n}")
-        outcome = judge.evaluate(basis, n)
+        try:
+            outcome = judge.evaluate(basis, n)
+        except SlewctlError as error:
+            if (basis, n) == judge.chosen:
+                raise
+            refused.append(Refusal(basis, n, str(error)))
+            continue
         evaluations.append(outcome.evaluation)
         if n == case.n:
             curves.append(_curve(outcome))
+            ladders.append(climb(stairs, judge, outcome.design, outcome.loop.controller))
             if outcome.design.model is not None:
                 shapes.append(_shapes(basis, outcome.design.model, min(case.n, SHAPES_SHOWN)))
     chosen = next(e for e in evaluations if (e.basis, e.n) == (case.basis, case.n))
     return CaseResult(
-        case, _summary(judge), chosen, tuple(evaluations), tuple(curves), tuple(shapes)
+        case,
+        _summary(judge),
+        chosen,
+        tuple(evaluations),
+        tuple(refused),
+        tuple(curves),
+        tuple(shapes),
+        tuple(ladders),
     )
 
 

@@ -8,6 +8,7 @@ mode that the design should have known, or filtered.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -15,13 +16,14 @@ import numpy as np
 from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl.basis import Combined
 from slewctl.compare.case import Case
+from slewctl.compare.design_model import DesignModel
 from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
 from slewctl.compare.evaluation import Judge
 from slewctl.design import Controller, lqg
 from slewctl.errors import AccuracyError, InputError, SlewctlError, check_count
 from slewctl.loop import Margins, close
 from slewctl.model import Truth
-from slewctl.plant import generalised_plant
+from slewctl.plant import Objective, generalised_plant
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,8 @@ class Rung:
     unstable_hz : tuple of float
         Frequencies of the poles that are not stable.
     destabilised : DestabilisedMode or None
-        For the fastest growing pole of an unstable loop.
+        For the fastest growing pole of an unstable loop; a sampled controller's poles belong
+        to no mode.
     margins : Margins or None
     cost : float or None
         Squared H2 norm.
@@ -147,17 +150,23 @@ class Ladder:
         """Whether the last rung, with all modes, is stable."""
         return self.rungs[-1].stable
 
-    def __str__(self) -> str:
-        what = f"{self.name}: {self.method} on {self.basis}, n = {self.n}, "
+    @property
+    def verdict(self) -> str:
+        """What became of the design, in one sentence."""
+        what = f"{self.method} on {self.basis}, n = {self.n}, "
         lost = self.first_unstable
         if lost is None:
             margins = [rung.disk for rung in self.rungs if rung.disk is not None]
             return what + (
                 f"is stable with N = {self.n} to {self.rungs[-1].modes} modes; its disk margin "
-                f"falls from {margins[0]:.3g} to {min(margins):.3g} at the least"
+                f"is {margins[0]:.3g} with N = {self.n} and {min(margins):.3g} at the least"
             )
+        how = lost.destabilised or f"a pole at {lost.unstable_hz[0]:.4g} Hz"
         again = "; stable again with all modes" if self.stable_on_truth else ""
-        return what + f"is lost at N = {lost.modes}: {lost.destabilised}{again}"
+        return what + f"is lost at N = {lost.modes}: {how}{again}"
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.verdict}"
 
 
 def spillover_ladder(case: Case, basis: str | None = None, n: int | None = None) -> Ladder:
@@ -185,38 +194,72 @@ def spillover_ladder(case: Case, basis: str | None = None, n: int | None = None)
     case = replace(case, basis=case.basis if basis is None else basis, n=case.n if n is None else n)
     judge = Judge(case)
     try:
-        _, controller = judge.design(case.basis, case.n)
-        rungs = tuple(
-            _rung(judge, controller, modes) for modes in range(case.n, judge.truth.modes + 1)
-        )
+        return climb(steps(judge, case.n), judge, *judge.own)
     except SlewctlError as error:
         raise error.within(case.source or case.name) from error
-    return Ladder(
-        case.name, case.basis, case.n, case.method, controller, rungs, judge.truth.tolerance
-    )
 
 
-def _rung(judge: Judge, controller: Controller, modes: int) -> Rung:
-    whole = modes == judge.truth.modes
-    model = judge.truth if whole else first_modes(judge.truth, modes)
-    objective = judge.case.objective
-    optimal = judge.optimal if whole else lqg(generalised_plant(model, objective))
+@dataclass(frozen=True, eq=False)
+class Step:
+    """The truth's first modes, and the smallest cost that any controller reaches with them."""
+
+    model: Truth
+    optimum: float
+
+
+def steps(judge: Judge, n: int) -> tuple[Step, ...]:
+    """Return the truth's first n, n + 1 … all modes; the ladders of several designs share them.
+
+    Raises
+    ------
+    AccuracyError
+        If an optimum is not confirmed by its own checks.
+    """
+    return tuple(_step(judge, modes) for modes in range(n, judge.truth.modes + 1))
+
+
+def _step(judge: Judge, modes: int) -> Step:
+    if modes == judge.truth.modes:
+        model, optimal = judge.truth, judge.optimal
+    else:
+        model = first_modes(judge.truth, modes)
+        optimal = lqg(generalised_plant(model, judge.case.objective))
     if not optimal.certificate.verified:
         raise AccuracyError(
             f"the optimum with {modes} modes is {optimal.certificate}", where="spillover_ladder"
         )
+    return Step(model, optimal.h2_cost)
+
+
+def climb(
+    steps: Sequence[Step], judge: Judge, design: DesignModel, controller: Controller
+) -> Ladder:
+    """Return what becomes of one controller of a case step by step."""
+    return Ladder(
+        name=judge.case.name,
+        basis=design.source,
+        n=design.n,
+        method=judge.case.method,
+        controller=controller,
+        rungs=tuple(_rung(step, judge.case.objective, controller, design.n) for step in steps),
+        truth_tolerance=judge.truth.tolerance,
+    )
+
+
+def _rung(step: Step, objective: Objective, controller: Controller, kept: int) -> Rung:
+    model = step.model
     loop = close(model, objective, controller)
     cost = loop.h2.value if loop.stable else None
     return Rung(
-        modes=modes,
+        modes=model.modes,
         frequency_hz=float(model.frequencies_hz[-1]),
         stable=loop.stable,
         unstable_hz=() if loop.stable else loop.unstable_hz,
-        destabilised=destabilised_mode(loop, judge.case.n),
+        destabilised=None if controller.sample_time else destabilised_mode(loop, kept),
         margins=loop.margins if loop.stable else None,
         cost=cost,
-        optimum=optimal.h2_cost,
-        loss=None if cost is None else cost / optimal.h2_cost - 1,
+        optimum=step.optimum,
+        loss=None if cost is None else cost / step.optimum - 1,
     )
 
 

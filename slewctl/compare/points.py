@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +31,9 @@ from slewctl.compare.study_result import StudyResult
 from slewctl.compare.sweep import Piece, Row, rows, sweep
 from slewctl.design import Controller
 from slewctl.errors import SlewctlError
-from slewctl.loop import Loop, close, nu_gap, stability_margin_bpc
+from slewctl.loop import Loop, PlantGraph, close, gap_between, plant_graph, stability_margin_bpc
 from slewctl.model import total_inertia, truth
+from slewctl.plant import generalised_plant
 
 # What a row tells beside its axes, in this order.
 _COLUMNS = (
@@ -170,6 +171,23 @@ class Place:
     bandwidth: float
     optimum_drift: float
 
+    @cached_property
+    def units(self) -> dict[str, Any]:
+        """Units of the signals for the ν-gap: of the rigid arm's swing at the bandwidth."""
+        arm = self.judge.case.arm
+        omega = omega_of(arm, self.bandwidth)
+        readings = reading_units(arm, omega, self.judge.case.objective.sensors)
+        return {
+            "output_scale": list(readings.values()),
+            "input_scale": total_inertia(arm) * omega**2,
+        }
+
+    @cached_property
+    def truth_graph(self) -> PlantGraph:
+        """The truth, for the ν-gap to every design model."""
+        plant = generalised_plant(self.judge.truth, self.judge.case.objective)
+        return plant_graph(plant.control_path, **self.units)
+
     def row(self, basis: str, n: int, method: str) -> dict[str, Any]:
         """Return what a design achieves; a design that cannot be made has a reason instead."""
         try:
@@ -197,7 +215,7 @@ def _results(place: Place, outcome: Outcome, controller: Controller) -> dict[str
     margins, slew = found.margins, found.slew
     period = 2 * math.pi / float(place.judge.truth.omega[0])
     travel = math.radians(abs(case.slew.angle_deg)) * (case.arm.hub.radius + case.arm.beam.length)
-    gap, margin = _gap(place, design, outcome.loop)
+    gap, margin = _gap(place, design, controller)
     return {
         "outcome": "stable" if found.stable else "unstable",
         "reason": "",
@@ -230,18 +248,12 @@ def _mode_lost(loop: Loop, kept: int) -> int | None:
     return lost.number if lost else None
 
 
-def _gap(place: Place, design: DesignModel, loop: Loop) -> tuple[float | None, float | None]:
+def _gap(place: Place, design: DesignModel, controller: Controller) -> tuple[float | None, ...]:
     """Return the ν-gap from the truth and b(P, C), in units of the rigid arm's own swing."""
-    arm = place.judge.case.arm
-    omega = omega_of(arm, place.bandwidth)
-    units = reading_units(arm, omega, loop.controller.sensors)
-    outputs, torque = list(units.values()), total_inertia(arm) * omega**2
-    path = design.control_path
+    path, units = design.control_path, place.units
     try:
-        gap = nu_gap(path, loop.plant.control_path, output_scale=outputs, input_scale=torque)
-        margin = stability_margin_bpc(
-            path, loop.controller.system, output_scale=outputs, input_scale=torque
-        )
+        gap = gap_between(plant_graph(path, **units), place.truth_graph)
+        margin = stability_margin_bpc(path, controller.system, **units)
     except SlewctlError:  # undamped modes that nothing moves have no graph to compare
         return None, None
     return gap.value, margin.value

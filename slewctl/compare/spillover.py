@@ -197,7 +197,7 @@ def score(found: Sequence[Predictors], unstable: Sequence[bool]) -> tuple[Score,
         scores.append(
             Score(
                 item.name,
-                _auc(values, bad),
+                area_under_curve(values, bad),
                 threshold,
                 int(np.sum(alarm & bad)),
                 int(np.sum(~alarm & bad)),
@@ -208,8 +208,16 @@ def score(found: Sequence[Predictors], unstable: Sequence[bool]) -> tuple[Score,
     return tuple(sorted(scores, key=lambda one: -one.auc))
 
 
-def _auc(values: Array, bad: BoolArray) -> float:
-    """Return the area under the curve of hits over false alarms (Mann and Whitney)."""
+def area_under_curve(values: Array, bad: BoolArray) -> float:
+    """Return the area under the curve of hits over false alarms (Mann and Whitney).
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Large where trouble is expected.
+    bad : ndarray of bool, shape (n,)
+        Where there was trouble; some true and some false.
+    """
     ranks, ill, well = rankdata(values), int(bad.sum()), int((~bad).sum())
     return float((ranks[bad].sum() - ill * (ill + 1) / 2) / (ill * well))
 

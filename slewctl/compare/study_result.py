@@ -11,7 +11,8 @@ import numpy as np
 
 from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl._types import Array
-from slewctl.compare.answer import SIMPLEST_FIRST, Answer, Row, Share, answer, share, stable
+from slewctl.compare.answer import OPTIMAL, Answer, Row, Share, answer, share, stable
+from slewctl.compare.design_model import SOURCES
 from slewctl.compare.grid import Study
 
 # An optimum that moves by more with the modes of the truth is no yardstick.
@@ -34,8 +35,8 @@ class StudySlice:
 
     @property
     def bases(self) -> list[str]:
-        """Bases, the simplest first."""
-        return sorted({row["basis"] for row in self.rows}, key=SIMPLEST_FIRST.index)
+        """Bases, the simplest first, then reductions of the truth."""
+        return sorted({row["basis"] for row in self.rows}, key=SOURCES.index)
 
     @property
     def orders(self) -> list[int]:
@@ -74,22 +75,43 @@ class StudySlice:
         ax.set_xscale("symlog", linthresh=1e-2)
         ax.set_yscale("log")
         ax.set_xlabel("hub inertia over the beam's")
-        ax.set_ylabel("loss of the optimal cost")
+        ax.set_ylabel("lost " + self.yardstick)
         ax.set_title(basis)
         ax.legend()
         return ax
 
+    @property
+    def yardstick(self) -> str:
+        """What the losses are relative to.
+
+        A method that does not minimise the cost is compared with the best that it reaches
+        itself at the same hub: what it costs beside that is no matter of the basis.
+        """
+        if self.rows[0]["method"] in OPTIMAL:
+            return "of the optimal cost"
+        return "over the method's own best design for the same hub"
+
     def losses(self, basis: str) -> Array:
-        """Return the loss, shape (orders, hub_ratios).
+        """Return the loss over the `yardstick`, shape (orders, hub_ratios).
 
         Infinite where the loop is unstable, NaN where there is no design.
         """
         found = np.full((len(self.orders), len(self.hub_ratios)), math.nan)
+        least = {ratio: self._least(ratio) for ratio in self.hub_ratios}
         for row in self.rows:
             if row["basis"] == basis and row["outcome"] != "no design":
                 place = self.orders.index(row["n"]), self.hub_ratios.index(row["hub_ratio"])
-                found[place] = row["loss"] if stable(row) else math.inf
+                found[place] = (
+                    (1 + row["loss"]) / least[row["hub_ratio"]] - 1 if stable(row) else math.inf
+                )
         return found
+
+    def _least(self, hub_ratio: float) -> float:
+        """Return the least cost over the optimum that counts as no loss at a hub."""
+        if self.rows[0]["method"] in OPTIMAL:
+            return 1.0
+        own = [1 + r["loss"] for r in self.rows if r["hub_ratio"] == hub_ratio and stable(r)]
+        return min(own, default=1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,13 +160,13 @@ class StudyResult:
 
     @cached_property
     def slices(self) -> tuple[StudySlice, ...]:
-        """The combinations of the other axes that span the most hub inertias and orders."""
+        """The combinations of the other axes that span hub inertias and orders, widest first."""
         parts: dict[str, list[Row]] = {}
         for row in self.rows:
             parts.setdefault(_title(row), []).append(row)
         slices = [StudySlice(title, rows) for title, rows in parts.items()]
-        widest = max((len(s.hub_ratios) for s in slices), default=0)
-        return tuple(s for s in slices if len(s.hub_ratios) == widest > 1 and len(s.orders) > 1)
+        spanning = [s for s in slices if len(s.hub_ratios) > 1 and len(s.orders) > 1]
+        return tuple(sorted(spanning, key=lambda s: (-len(s.hub_ratios), -len(s.orders))))
 
 
 def _title(row: Row) -> str:

@@ -8,6 +8,7 @@ depend on the executor.
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import signal
@@ -22,11 +23,13 @@ from concurrent.futures import (
     wait,
 )
 from dataclasses import dataclass
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from sys import intern
+from typing import Any, overload
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from slewctl.errors import InputError, SlewctlError
 
@@ -124,7 +127,34 @@ def sweep(
             _run_in_processes(function, remaining(), keep, cores, window)
 
 
-def rows(results: Path) -> list[dict[str, Any]]:
+@dataclass(frozen=True)
+class Rows(Sequence[Row]):
+    """Rows that share their keys; only their values are kept, so that a million of them fit.
+
+    Attributes
+    ----------
+    keys : tuple of str
+    values : sequence of tuple
+        One for each row.
+    """
+
+    keys: tuple[str, ...]
+    values: Sequence[tuple[Any, ...]]
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @overload
+    def __getitem__(self, place: int) -> Row: ...
+    @overload
+    def __getitem__(self, place: slice) -> Rows: ...
+    def __getitem__(self, place: int | slice) -> Row | Rows:
+        if isinstance(place, slice):
+            return Rows(self.keys, self.values[place])
+        return dict(zip(self.keys, self.values[place], strict=True))
+
+
+def rows(results: Path) -> Rows:
     """Return the rows of all finished pieces, ordered by the keys of the pieces.
 
     Raises
@@ -132,30 +162,61 @@ def rows(results: Path) -> list[dict[str, Any]]:
     InputError
         If the file is no result of a sweep.
     """
-    _, found = _read(results)
-    return [dict(row) for key in sorted(found) for row in found[key]]
+    keys: tuple[str, ...] = ()
+    found: dict[str, list[tuple[Any, ...]]] = {}
+    for entry in _entries(results):
+        for row in entry["rows"]:
+            keys = keys or tuple(row)
+            if tuple(row) != keys:
+                raise _no_results(results)
+        found[entry["key"]] = [tuple(map(_shared, row.values())) for row in entry["rows"]]
+    return Rows(keys, [values for key in sorted(found) for values in found[key]])
 
 
-def _read(results: Path) -> tuple[Mapping[str, Any], dict[str, list[Row]]]:
-    """Return the stamp and the rows by key; a torn last line, left by a kill, is passed over."""
+def _shared(value: Any) -> Any:
+    """Return a value, of a text that comes again and again always the same copy."""
+    return intern(value) if isinstance(value, str) else value
+
+
+def _stamp_of(results: Path) -> dict[str, Any]:
+    """Return what the sweep of a file is."""
+    head = _parsed(next(_whole_lines(results), ""), ("format", "stamp"), results)
+    if head["format"] != FORMAT or not isinstance(head["stamp"], dict):
+        raise _no_results(results)
+    return head["stamp"]
+
+
+def _entries(results: Path) -> Iterator[dict[str, Any]]:
+    """Yield the finished pieces one by one, as they stand in the file."""
+    _stamp_of(results)
+    for line in itertools.islice(_whole_lines(results), 1, None):
+        yield _parsed(line, ("key", "rows"), results)
+
+
+def _parsed(line: str, keys: Sequence[str], results: Path) -> dict[str, Any]:
     try:
-        lines = results.read_text(encoding="utf-8").split("\n")
+        found = json.loads(line)
+        return {key: found[key] for key in keys}
+    except (ValueError, KeyError, TypeError) as error:
+        raise _no_results(results) from error
+
+
+def _whole_lines(results: Path) -> Iterator[str]:
+    """Yield the lines of a file, but a last one that a kill has torn."""
+    try:
+        with results.open(encoding="utf-8", newline="\n") as file:
+            yield from (line for line in file if line.endswith("\n"))
     except (OSError, UnicodeDecodeError) as error:
         reason = (error.strerror if isinstance(error, OSError) else "") or "it is not text"
         raise InputError(
             f"cannot be read: {reason}", where=str(results), remedy="check the path"
         ) from error
-    refusal = InputError(
+
+
+def _no_results(results: Path) -> InputError:
+    return InputError(
         "not the results of a sweep", where=str(results), remedy="name another file, or remove it"
     )
-    try:
-        head = json.loads(lines[0])
-        entries = [json.loads(line) for line in lines[1:-1]]
-        if head["format"] != FORMAT:
-            raise refusal
-        return head["stamp"], {entry["key"]: entry["rows"] for entry in entries}
-    except (ValueError, KeyError, TypeError) as error:
-        raise refusal from error
 
 
 def _open(results: Path, stamp: Mapping[str, Any], resume: bool) -> set[str]:
@@ -178,23 +239,34 @@ def _open(results: Path, stamp: Mapping[str, Any], resume: bool) -> set[str]:
             where=str(results),
             remedy="go on with it by --resume, or remove it",
         )
-    found, entries = _read(results)
-    if found != json.loads(json.dumps(dict(stamp))):
+    if _stamp_of(results) != json.loads(json.dumps(dict(stamp))):
         raise InputError(
             "these are the results of another study or version",
             where=str(results),
             remedy="use another folder, or remove the file",
         )
-    text = results.read_text(encoding="utf-8")
-    if not text.endswith("\n"):  # torn by a kill: the next line must begin afresh
-        results.write_text(text[: text.rindex("\n") + 1], encoding="utf-8")
-    return set(entries)
+    keys = {entry["key"] for entry in _entries(results)}
+    _mend(results)
+    return keys
+
+
+def _mend(results: Path) -> None:
+    """Cut off a last line that was torn by a kill: the next must begin afresh."""
+    whole = sum(len(line.encode()) for line in _whole_lines(results))
+    if whole < results.stat().st_size:
+        os.truncate(results, whole)
 
 
 def _limited(function: Callable[[Any], Sequence[Row]], work: Any) -> Sequence[Row]:
     """Run one piece with one BLAS thread, wherever it runs."""
-    with threadpool_limits(1):
+    with _threads().limit(limits=1):
         return function(work)
+
+
+@cache
+def _threads() -> ThreadpoolController:
+    """Return the libraries with threads of this process; to look for them takes a while."""
+    return ThreadpoolController()
 
 
 def _run(

@@ -6,8 +6,11 @@ from slewctl.loop.connect import close
 from slewctl.loop.gap import (
     GeneralisedMargin,
     NuGap,
+    PlantGraph,
     best_output_scale,
+    gap_between,
     nu_gap,
+    plant_graph,
     stability_margin_bpc,
 )
 from slewctl.loop.hybrid import HybridDelay
@@ -40,6 +43,7 @@ __all__ = [
     "NuGap",
     "Peak",
     "Perturbation",
+    "PlantGraph",
     "ResidualMode",
     "SampledLoop",
     "Slew",
@@ -52,6 +56,7 @@ __all__ = [
     "best_output_scale",
     "classical_margins",
     "close",
+    "gap_between",
     "hybrid_delay_margin",
     "input_loop",
     "input_output_loop",
@@ -61,6 +66,7 @@ __all__ = [
     "output_loop",
     "peak_gain",
     "perturbation_system",
+    "plant_graph",
     "residual_modes",
     "simulate_slew",
     "simulate_swing",

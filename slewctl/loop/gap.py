@@ -15,6 +15,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import control
 import numpy as np
@@ -107,21 +108,80 @@ def nu_gap(
     Riccati equations; ‖·‖∞ by level sets; the winding condition from the zeros of
     G₂~G₁, of which as many as the second plant has states must lie in the right half plane.
     """
-    P1 = _prepared(first, output_scale, input_scale, "first")
-    P2 = _prepared(second, output_scale, input_scale, "second")
-    if P1.D.shape != P2.D.shape or sample_time(first) != sample_time(second):
+    return gap_between(
+        plant_graph(first, output_scale=output_scale, input_scale=input_scale, where="first"),
+        plant_graph(second, output_scale=output_scale, input_scale=input_scale, where="second"),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class PlantGraph:
+    """The graph of a plant, all pairs (u, y) that it admits, as two normalised factors.
+
+    Attributes
+    ----------
+    system : control.StateSpace
+    realisation : Realisation
+        In the units in which it is compared.
+    """
+
+    system: control.StateSpace
+    realisation: Realisation
+
+    @cached_property
+    def right(self) -> Realisation:
+        """[N; M], whose range is the graph."""
+        return _right_graph(self.realisation)
+
+    @cached_property
+    def left(self) -> Realisation:
+        """[M̃ −Ñ], whose kernel is the graph."""
+        return _left_graph(self.realisation)
+
+
+def plant_graph(
+    system: control.StateSpace,
+    *,
+    output_scale: Sequence[float] | float = 1.0,
+    input_scale: Sequence[float] | float = 1.0,
+    where: str = "plant",
+) -> PlantGraph:
+    """Return the graph of a plant, to be compared with several others.
+
+    Parameters
+    ----------
+    system, output_scale, input_scale
+        As for `nu_gap`.
+    where : str
+        What the plant is called in messages.
+
+    Raises
+    ------
+    InputError
+        As `nu_gap`.
+    """
+    found = realisation(system, where)
+    units = _units(system, output_scale, input_scale)
+    p = found.D.shape[0]
+    return PlantGraph(system, found.scaled(1 / units[:p], units[p:]).balanced)
+
+
+def gap_between(first: PlantGraph, second: PlantGraph) -> NuGap:
+    """Return the ν-gap between two graphs; see `nu_gap`."""
+    one, two = first.realisation.D.shape, second.realisation.D.shape
+    clocks = sample_time(first.system), sample_time(second.system)
+    if one != two or clocks[0] != clocks[1]:
         raise InputError(
-            f"plants of {P1.D.shape[0]}×{P1.D.shape[1]} and {P2.D.shape[0]}×{P2.D.shape[1]} "
-            f"signals, sampled at {sample_time(first):g} and {sample_time(second):g} s",
+            f"plants of {one[0]}×{one[1]} and {two[0]}×{two[1]} "
+            f"signals, sampled at {clocks[0]:g} and {clocks[1]:g} s",
             where="nu_gap",
             remedy="compare plants with the same signals and sample time",
         )
-    right = _right_graph(P1)
-    distance = _left_graph(P2).after(right).peak()
-    fits = distance.value < _TOUCHING and _winding(_right_graph(P2), right)
+    distance = second.left.after(first.right).peak()
+    fits = distance.value < _TOUCHING and _winding(second.right, first.right)
     return NuGap(
         min(distance.value, 1.0) if fits else 1.0,
-        hertz(distance.omega, first),
+        hertz(distance.omega, first.system),
         min(distance.value, 1.0),
         fits,
     )
@@ -205,18 +265,6 @@ def best_output_scale(plant: control.StateSpace, controller: control.StateSpace)
     entries = np.abs(response(known[known > 0])).max(axis=0)
     start = -np.log(balanced_scales(entries[None])[0][:-1])
     return np.asarray(np.exp(minimised(size, start, _SEARCHED, _ENOUGH)[0]))
-
-
-def _prepared(
-    system: control.StateSpace,
-    output_scale: Sequence[float] | float,
-    input_scale: Sequence[float] | float,
-    where: str,
-) -> Realisation:
-    found = realisation(system, where)
-    units = _units(system, output_scale, input_scale)
-    p = found.D.shape[0]
-    return found.scaled(1 / units[:p], units[p:]).balanced
 
 
 def _units(

@@ -1,7 +1,8 @@
-"""Reports: HTML with vector figures, JSON and CSV.  It formats and never computes."""
+"""Reports: HTML with vector figures, Markdown, JSON, CSV, Parquet.  It formats, never computes."""
 
 from slewctl.report.comparison import write_comparison
+from slewctl.report.export import check_parquet
 from slewctl.report.paper import write_paper
 from slewctl.report.study import write_study
 
-__all__ = ["write_comparison", "write_paper", "write_study"]
+__all__ = ["check_parquet", "write_comparison", "write_paper", "write_study"]

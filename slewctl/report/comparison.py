@@ -1,52 +1,63 @@
-"""The comparison report: a page, and its numbers as JSON and CSV."""
+"""The comparison report: a page, the same as Markdown, and its numbers for other tools."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from slewctl.compare import CaseResult, Comparison, Evaluation
 from slewctl.report.comparison_figures import (
     bode_figure,
+    ladder_figure,
     nichols_figure,
     poles_figure,
     shapes_figure,
     slew_figure,
 )
-from slewctl.report.export import csv_text, json_text, packed_csv, to_plain, write_files
+from slewctl.report.export import (
+    csv_text,
+    json_text,
+    packed_csv,
+    parquet,
+    to_plain,
+    write_files,
+)
 from slewctl.report.page import render, versions
 
 
-def write_comparison(comparison: Comparison, folder: Path) -> Path:
+def write_comparison(comparison: Comparison, folder: Path, *, as_parquet: bool = False) -> Path:
     """Write the report of a comparison and return the path of its page.
 
     Parameters
     ----------
     comparison : Comparison
     folder : Path
-        Gets ``index.html``, ``results.json``, the CSV tables ``designs`` and ``truths``, and
-        gzipped the long ones: ``poles``, ``loops``, ``slews`` and ``shapes``.
+        Gets ``index.html``, the same as ``index.md``, ``results.json``, the CSV tables
+        ``designs``, ``ladders`` and ``truths``, and gzipped the long ones: ``poles``,
+        ``loops``, ``slews`` and ``shapes``.
+    as_parquet : bool
+        Whether to write every table as Parquet too, which needs pyarrow.
 
     Raises
     ------
     InputError
-        If the folder cannot be written; nothing is left half-written.
+        If the folder cannot be written, or pyarrow is missing; nothing is left half-written.
     """
-    page = render(
-        "comparison.html", cases=[_section(k, case) for k, case in enumerate(comparison.cases)]
-    )
+    cases = [_section(k, case) for k, case in enumerate(comparison.cases)]
     results = {"versions": versions(), "cases": [_without_curves(c) for c in comparison.cases]}
     files: dict[str, str | bytes] = {
-        "index.html": page,
+        "index.html": render("comparison.html", cases=cases),
+        "index.md": render("comparison.md", cases=cases),
         "results.json": json_text(results),
-        "truths.csv": csv_text(_truth_rows(comparison)),
-        "designs.csv": csv_text(_design_rows(comparison)),
-        "poles.csv.gz": packed_csv(_pole_rows(comparison)),
-        "loops.csv.gz": packed_csv(_loop_rows(comparison)),
-        "slews.csv.gz": packed_csv(_slew_rows(comparison)),
-        "shapes.csv.gz": packed_csv(_shape_rows(comparison)),
     }
+    for name, (rows, long) in _TABLES.items():
+        table = list(rows(comparison))
+        files[f"{name}.csv.gz" if long else f"{name}.csv"] = (
+            packed_csv(table) if long else csv_text(table)
+        )
+        if as_parquet:
+            files[f"{name}.parquet"] = parquet(table)
     write_files(folder, files)
     return folder / "index.html"
 
@@ -57,7 +68,7 @@ def _without_curves(result: CaseResult) -> dict[str, Any]:
     for evaluation in plain["evaluations"]:
         del evaluation["poles"]
     plain["chosen"] = {key: plain["chosen"][key] for key in ("basis", "n")}
-    del plain["curves"], plain["shapes"]
+    del plain["curves"], plain["shapes"], plain["ladders"]
     return dict(plain)
 
 
@@ -75,11 +86,12 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "unstable": [e for e in result.evaluations if not e.stable],
         "inputs": _inputs(result),
         "figures": [
-            (shapes_figure(result, f"{anchor}-shapes"), SHAPES),
-            (poles_figure(result, f"{anchor}-poles"), POLES),
-            (bode_figure(result, f"{anchor}-bode"), BODE),
-            (nichols_figure(result, f"{anchor}-nichols"), NICHOLS),
-            (slew_figure(result, f"{anchor}-slew"), SLEW),
+            (shapes_figure(result, f"s{place}"), SHAPES),
+            (ladder_figure(result, f"l{place}"), LADDER),
+            (poles_figure(result, f"p{place}"), POLES),
+            (bode_figure(result, f"b{place}"), BODE),
+            (nichols_figure(result, f"n{place}"), NICHOLS),
+            (slew_figure(result, f"t{place}"), SLEW),
         ],
     }
 
@@ -87,6 +99,11 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
 SHAPES = (
     "Arc displacement of the design model's modes (lines) over those of the truth (grey). "
     "Where a line leaves the grey band the design sees a mode that the arm does not have."
+)
+LADDER = (
+    "The spillover ladder: each controller meets the first N modes of the truth, for every N from "
+    "those that it was designed on. A cross on the axis is an unstable loop; where the lines are "
+    "level, more modes change nothing."
 )
 POLES = (
     "Closed-loop poles on the truth. Every pole must decay: the shaded ground and the stars "
@@ -99,7 +116,8 @@ BODE = (
 )
 NICHOLS = (
     "The same return ratio as a Nichols plot. The red cross is the critical point; the loops "
-    "are the resonances, and how they pass the cross decides stability."
+    "are the resonances, and how they pass the cross decides stability. What stays below −20 dB is "
+    "left out. Where designs agree, the last one hides the others."
 )
 SLEW = (
     "The slew on the truth: tip position, its error against the rigid arm, and torque. "
@@ -191,6 +209,13 @@ def _loop_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
                 }  # fmt: skip
 
 
+def _ladder_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
+    for case in comparison.cases:
+        for ladder in case.ladders:
+            for row in ladder.rows():
+                yield {"case": case.case.name, "basis": ladder.basis, "n": ladder.n, **row}
+
+
 def _slew_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     names = ("t", "theta", "tip", "tip_deflection", "torque", "tip_reference")
     for case in comparison.cases:
@@ -210,3 +235,15 @@ def _shape_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
                         "case": case.case.name, "source": source.source, "mode": mode,
                         "x": x, "displacement": value,
                     }  # fmt: skip
+
+
+# The rows of each table, and whether it is long and therefore packed.
+_TABLES: dict[str, tuple[Callable[[Comparison], Iterable[dict[str, Any]]], bool]] = {
+    "truths": (_truth_rows, False),
+    "designs": (_design_rows, False),
+    "ladders": (_ladder_rows, False),
+    "poles": (_pole_rows, True),
+    "loops": (_loop_rows, True),
+    "slews": (_slew_rows, True),
+    "shapes": (_shape_rows, True),
+}

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from slewctl.compare import CaseResult, Evaluation, LoopCurves
 from slewctl.report.drawing import ALARM, INK, figure, legend, style, svg
+
+# Less than a hundredth of a percent lost is drawn as that.
+_LEAST_LOSS = 1e-4
 
 
 def shapes_figure(result: CaseResult, name: str) -> str:
@@ -28,6 +32,37 @@ def shapes_figure(result: CaseResult, name: str) -> str:
     axes[0].set_ylabel("displacement (1/√kg)")
     legend(axes[0])
     return svg(fig, name, f"Mode shapes of {result.case.name} by basis over the truth")
+
+
+def ladder_figure(result: CaseResult, name: str) -> str:
+    """Return disk margin and loss of each basis over the number of modes let in."""
+    fig, (left, right) = figure(1, 2, (7.2, 2.7))
+    highest, most = 0.0, _LEAST_LOSS
+    for i, ladder in enumerate(result.ladders):
+        looks = style(ladder.basis, i)
+        modes = [rung.modes for rung in ladder.rungs]
+        lost = [rung.modes for rung in ladder.rungs if not rung.stable]
+        margins = [np.nan if rung.disk is None else rung.disk for rung in ladder.rungs]
+        losses = [np.nan if r.loss is None else max(r.loss, _LEAST_LOSS) for r in ladder.rungs]
+        left.plot(
+            modes, margins, marker=".", lw=1.3, label=f"{ladder.basis}, n = {ladder.n}", **looks
+        )
+        left.plot(lost, np.zeros(len(lost)), "x", color=looks["color"], clip_on=False)
+        right.plot(modes, losses, marker=".", lw=1.3, **looks)
+        highest, most = np.nanmax([*margins, highest]), np.nanmax([*losses, most])
+    left.set_ylim(0, 1.1 * highest or 1.0)
+    left.set_ylabel("disk margin α")
+    decades = 10.0 ** np.arange(-4, np.ceil(np.log10(most)) + 1)
+    right.set_yscale("log")
+    right.set_ylim(decades[0] / 2, 2 * max(decades[-1], 1e-3))
+    right.set_yticks(decades, [f"{100 * d:g} %" for d in decades])
+    right.minorticks_off()
+    right.set_ylabel("lost of the optimal cost")
+    for ax in (left, right):
+        ax.set_xlabel("modes of the truth N")
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    legend(left)
+    return svg(fig, name, f"Disk margin and loss of {result.case.name} over the modes let in")
 
 
 def poles_figure(result: CaseResult, name: str) -> str:
@@ -74,6 +109,8 @@ def bode_figure(result: CaseResult, name: str) -> str:
     gain.set_ylabel("|L| (dB)")
     legend(gain)
     phase.axhline(-180, color=INK, lw=0.9)
+    # The critical angle is among the marks.
+    phase.yaxis.set_major_locator(MultipleLocator(180 * -(-np.ptp(phase.get_ylim()) // 1080)))
     phase.set_ylabel("arg L (deg)")
     phase.set_xlabel("frequency (Hz)")
     return svg(fig, name, f"Bode plot of the return ratio of {result.case.name}")
@@ -92,7 +129,7 @@ def nichols_figure(result: CaseResult, name: str) -> str:
     ax.plot([-180], [0], "+", color=ALARM, markersize=14, markeredgewidth=2)
     ax.set_xlim(-360, 0)
     ax.set_xticks(range(-360, 1, 45))
-    ax.set_ylim(-45, 40)
+    ax.set_ylim(-20, 40)
     ax.set_xlabel("arg L (deg)")
     ax.set_ylabel("|L| (dB)")
     legend(ax)

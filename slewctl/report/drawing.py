@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,16 +11,26 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from slewctl.report.compact import compact
+
 # Okabe and Ito's palette, distinguishable with every kind of colour vision.
 COLOURS = {
     "clamped-free": "#0072B2",
     "slewing": "#D55E00",
-    "polynomial": "#009E73",
     "hub-matched": "#CC79A7",
+    "arm-matched": "#009E73",
+    "polynomial": "#E69F00",
     "truth": "#7f7f7f",
 }
 SPARE_COLOURS = ("#CC79A7", "#E69F00", "#56B4E9", "#009E73")
-STYLES = {"clamped-free": "--", "slewing": "-", "polynomial": "-.", "truth": "-"}
+STYLES = {
+    "clamped-free": "--",
+    "slewing": "-",
+    "hub-matched": (0, (5, 1, 1, 1)),
+    "arm-matched": (0, (2, 1)),
+    "polynomial": "-.",
+    "truth": "-",
+}
 ALARM = "#CC3311"
 
 # Drawn in these, then replaced by the page's own text colour, so that a figure is
@@ -83,37 +92,9 @@ def svg(fig: Figure, name: str, description: str) -> str:
         fig.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     text = text[text.index("<svg") :]
-    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text, flags=re.S)
-    text = _renumbered(text, name)
-    text = text.replace(_INK, "currentColor").replace(_FAINT, "currentColor")
-    # A tenth of a point is finer than a reader sees; text is left as it is.
-    text = re.sub(
-        r'\b(?:d|points|transform|x|y|width|height)="[^"]*"',
-        lambda found: re.sub(r"(\.\d)\d+", r"\1", found[0]),
-        text,
-    )
-    text = re.sub(r"\s+", " ", text).replace("> <", "><")
-    # The marks of an axis are lines, drawn in full where they are defined.
-    text = re.sub(
-        r'(<use [^>]*) style="fill: (\S+); stroke: \2; stroke-width: 0.[68]"', r"\1", text
-    )
-    text = text.replace("font-family: 'DejaVu Sans'; ", "").replace("<g></g>", "")
-    # Behind "move to", pairs of numbers are lines to there.
-    text = re.sub(r'\bd="M[^CQHVASz"]*"', lambda found: found[0].replace(" L ", " "), text)
+    text = compact(text, name).replace(_INK, "currentColor").replace(_FAINT, "currentColor")
     label = description.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
     return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
-
-
-def _renumbered(text: str, name: str) -> str:
-    """Return SVG text with the identifiers that something refers to counted, and no others.
-
-    A hash of coordinates, as they come, changes with the last digit of one, and two figures
-    of a page may share it; a count behind the figure's name does neither.
-    """
-    used = dict.fromkeys(re.findall(r'(?:url\(#|href="#)([^")]+)', text))
-    fresh = {old: f"{name}-{k}" for k, old in enumerate(used)}
-    text = re.sub(r' id="([^"]+)"', lambda m: f' id="{fresh[m[1]]}"' if m[1] in fresh else "", text)
-    return re.sub(r'(url\(#|href="#)([^")]+)', lambda m: m[1] + fresh[m[2]], text)
 
 
 def legend(ax: Axes, **placing: Any) -> None:

@@ -1,4 +1,4 @@
-"""Results as JSON and CSV, and files that are never half-written."""
+"""Results as JSON, CSV and Parquet, and files that are never half-written."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,40 @@ def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
 def packed_csv(rows: Iterable[Mapping[str, Any]]) -> bytes:
     """Return long tables as gzipped CSV, the same bytes every time; pandas reads it as it is."""
     return gzip.compress(csv_text(rows).encode(), mtime=0)
+
+
+def check_parquet() -> None:
+    """Refuse Parquet where the package that writes it is not installed.
+
+    Raises
+    ------
+    InputError
+    """
+    if find_spec("pyarrow") is None:
+        raise InputError(
+            "Parquet needs pyarrow, which is not installed",
+            where="--parquet",
+            remedy="pip install 'slewctl[parquet]', or use the CSV files",
+        )
+
+
+def parquet(rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """Return rows, all with the same keys, as a Parquet file with columns of their own types.
+
+    Numbers are whole, not rounded as in CSV; None is null.
+
+    Raises
+    ------
+    InputError
+        If pyarrow is not installed.
+    """
+    check_parquet()
+    import pyarrow  # an option: only those who ask for Parquet need it
+    import pyarrow.parquet
+
+    out = io.BytesIO()
+    pyarrow.parquet.write_table(pyarrow.Table.from_pylist(list(rows)), out, compression="zstd")
+    return out.getvalue()
 
 
 def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:

@@ -22,8 +22,10 @@ def render(template: str, **values: Any) -> str:
         lstrip_blocks=True,
     )
     environment.filters.update(
-        zip=zip, number=number, percent=percent, hertz=hertz, tiny=tiny, svg=Markup
-    )
+        zip=zip, number=number, percent=percent, hertz=hertz, tiny=tiny, svg=Markup, tidy=tidy,
+        lost=lost,
+    )  # fmt: skip
+    environment.globals.update(zip=zip)
     return environment.get_template(template).render(versions=versions(), **values)
 
 
@@ -60,3 +62,15 @@ def hertz(value: float | None) -> str:
 def tiny(value: float | None) -> str:
     """Return an error or residual as a power of ten."""
     return "–" if value is None else f"{value:.1e}".replace("-", "−")
+
+
+def tidy(value: float | str) -> str:
+    """Return the value of an axis: names apart from each other, numbers without noughts."""
+    return value.replace("+", ", ") if isinstance(value, str) else f"{value:g}"
+
+
+def lost(value: float) -> str:
+    """Return a loss that is infinite for an unstable loop and NaN where there is no design."""
+    if math.isnan(value):
+        return "no design"
+    return percent(value) if math.isfinite(value) else "unstable"

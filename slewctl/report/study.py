@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from slewctl.compare import StudyResult
-from slewctl.report.export import json_text, packed_csv, write_files
+from slewctl.compare import PAPERS, Duel, StudyResult
+from slewctl.report.export import json_text, packed_csv, parquet, write_files
 from slewctl.report.page import render, versions
-from slewctl.report.study_figures import duel_figure, map_figure
+from slewctl.report.study_figures import AXIS_NAMES, duel_figure, map_figure
 
 
-def write_study(result: StudyResult, folder: Path) -> Path:
+def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) -> Path:
     """Write the report of a study and return the path of its page.
 
     Parameters
@@ -20,33 +21,46 @@ def write_study(result: StudyResult, folder: Path) -> Path:
     folder : Path
         Gets ``index.html``, ``index.md``, ``results.json`` (the answer and what it was
         counted from) and ``rows.csv.gz`` (every design).
+    as_parquet : bool
+        Whether to write ``rows.parquet`` too, which needs pyarrow.
 
     Raises
     ------
     InputError
-        If the folder cannot be written; nothing is left half-written.
+        If the folder cannot be written, or pyarrow is missing; nothing is left half-written.
     """
-    duels = [d for d in result.answer.duels if d.hub_ratio is not None]
-    pairs = list(dict.fromkeys((d.first, d.second) for d in duels))
+    answer = result.answer
     shown: dict[str, Any] = {
         "result": result,
         "study": result.study,
-        "answer": result.answer,
-        "pairs": [(a, b, [d for d in duels if (d.first, d.second) == (a, b)]) for a, b in pairs],
+        "answer": answer,
+        "pairs": _by_pair(answer.duels),
+        "reductions": _by_pair(answer.reductions),
+        "axis_names": AXIS_NAMES,
         "inputs": json_text(result.study),
     }
+    papers = [d for d in answer.duels if (d.first, d.second) == PAPERS]
     figures = {
         "maps": [(part, map_figure(part, f"map-{k}")) for k, part in enumerate(result.slices)],
-        "duel": duel_figure(shown["pairs"][0][2], "duel") if pairs else "",
+        "widest": max((len(part.hub_ratios) for part in result.slices), default=0),
+        "duel": duel_figure(papers, answer.elsewhere, "duel") if papers else "",
     }
-    results = {"versions": versions(), "study": result.study, "answer": result.answer}
-    write_files(
-        folder,
-        {
-            "index.html": render("study.html", **shown, **figures),
-            "index.md": render("study.md", **shown),
-            "results.json": json_text(results),
-            "rows.csv.gz": packed_csv(result.rows),
-        },
-    )
+    results = {"versions": versions(), "study": result.study, "answer": answer}
+    files: dict[str, str | bytes] = {
+        "index.html": render("study.html", **shown, **figures),
+        "index.md": render("study.md", **shown, maps=figures["maps"]),
+        "results.json": json_text(results),
+        "rows.csv.gz": packed_csv(result.rows),
+    }
+    if as_parquet:
+        files["rows.parquet"] = parquet(result.rows)
+    write_files(folder, files)
     return folder / "index.html"
+
+
+def _by_pair(duels: Iterable[Duel]) -> list[tuple[str, str, list[Duel]]]:
+    """Return the duels of each two bases together."""
+    pairs: dict[tuple[str, str], list[Duel]] = {}
+    for duel in duels:
+        pairs.setdefault((duel.first, duel.second), []).append(duel)
+    return [(first, second, found) for (first, second), found in pairs.items()]

@@ -130,12 +130,13 @@ def test_impossible_design_is_explained(design: Path) -> None:
 
 def test_compare_writes_everything(design: Path, tmp_path: Path) -> None:
     out = tmp_path / "a" / "b"
-    done = slewctl("compare", design, "--out", out)
+    done = slewctl("compare", design, "--out", out, "--parquet")
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
-    long = {"poles", "loops", "slews", "shapes"}
+    short, long = {"truths", "designs", "ladders"}, {"poles", "loops", "slews", "shapes"}
     assert {p.name for p in out.iterdir()} == {
-        "index.html", "results.json", "truths.csv", "designs.csv", *(f"{t}.csv.gz" for t in long)
+        "index.html", "index.md", "results.json", *(f"{t}.csv" for t in short),
+        *(f"{t}.csv.gz" for t in long), *(f"{t}.parquet" for t in short | long),
     }  # fmt: skip
     results = json.loads((out / "results.json").read_text())
     with (out / "designs.csv").open() as file:
@@ -144,6 +145,31 @@ def test_compare_writes_everything(design: Path, tmp_path: Path) -> None:
     assert {(r["basis"], r["n"]) for r in rows if r["chosen"] == "True"} == {("clamped-free", "2")}
     for row, evaluation in zip(rows, results["cases"][0]["evaluations"], strict=True):
         assert float(row["cost"]) == evaluation["cost"]
+
+
+def test_ladder_tells_where_a_design_is_lost(design: Path) -> None:
+    kept = slewctl("ladder", design)
+    assert kept.returncode == 0, kept.stderr
+    first, heading, *rungs = kept.stdout.strip().splitlines()
+    assert "is stable with N = 2 to 6 modes" in first
+    assert "modes N" in heading
+    assert [int(line.split()[0]) for line in rungs] == list(range(2, 7))
+    design.write_text(FAST.replace("inertia = 0.2", "inertia = 0.0"))
+    lost = slewctl("ladder", design, "-n", "1")
+    assert "is lost at N = 2: mode 1 at 2.927 Hz (kept)" in lost.stdout
+    assert "unstable at" in lost.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [(("--basis", "slewin"), "did you mean 'slewing'"), (("-n", "7"), "keep at least 14 modes")],
+)
+def test_impossible_ladders_are_explained(
+    design: Path, options: tuple[str, ...], told: str
+) -> None:
+    done = slewctl("ladder", design, *options)
+    assert done.returncode == 2
+    assert told in done.stderr
 
 
 def test_modes_prints_each_basis_and_the_truth() -> None:

@@ -163,6 +163,8 @@ def invented(basis: str, hub: float, n: int, loss: float | None) -> dict[str, ob
         "hub_ratio": hub, "payload_ratio": 0.0, "damping_ratio": 0.01, "bandwidth": 0.3,
         "sensors": "theta", "method": "lqg", "basis": basis, "n": n, "loss": loss,
         "outcome": "unstable" if loss is None else "stable", "stable_on_twice": loss is not None,
+        "unstable_mode": n + 1 if loss is None else None, "worst_frequency_error": loss or 1.0,
+        "nu_gap": 0.2, "generalised_margin": 0.1 if loss is None else 0.1 + 0.1 / (1 + loss),
     }  # fmt: skip
 
 
@@ -174,13 +176,44 @@ def test_duels_count_wins_draws_and_losses() -> None:
         invented("clamped-free", 1.0, 2, 0.001), invented("slewing", 1.0, 2, 0.002),
         invented("clamped-free", 1.0, 3, 0.001),  # no partner: no pair
     ]  # fmt: skip
-    total = duel(rows, "clamped-free", "slewing", None)
+    total = duel(rows, "clamped-free", "slewing")
     assert (total.first_wins, total.second_wins, total.draws) == (1, 1, 2)
     found = answer(rows)
     assert "2 of 4 pairs" in found.sentences[0]
     assert "0 times the beam's the slewing basis is ahead, 1 to 0" in found.sentences[1]
-    turned = duel(rows, "slewing", "clamped-free", None)
+    assert "At 0 neither has a design that loses at most 5 %" in found.sentences[1]
+    turned = duel(rows, "slewing", "clamped-free")
     assert (turned.first_wins, turned.second_wins) == (total.second_wins, total.first_wins)
+    assert found.told_by_frequencies == (2, 2)
+    (by_order,) = {d.axis for d in found.elsewhere}
+    assert by_order == "n"
+    assert [(d.value, d.pairs) for d in found.elsewhere] == [(1, 2), (2, 2)]
+
+
+def test_modes_lost_and_gaps_are_counted() -> None:
+    rows = [invented("slewing", 0.0, n, loss) for n, loss in enumerate((None, 0.5, 0.2), start=1)]
+    rows.append(invented("slewing", 1.0, 1, None) | {"unstable_mode": 0})
+    rows.append(invented("slewing", 1.0, 2, None) | {"unstable_mode": 2})
+    rows.append(invented("slewing", 1.0, 3, None) | {"unstable_mode": 9})
+    found = answer(rows)
+    (lost,) = found.lost
+    assert (lost.rigid, lost.kept, lost.next, lost.higher) == (1, 1, 1, 1)
+    gap = found.gap
+    assert gap is not None
+    assert (gap.designs, gap.stable, gap.certified, gap.refuted) == (6, 2, 0, 0)
+    assert gap.auc == 1.0  # every unstable design has less margin under the same gap
+
+
+def test_a_reduction_is_counted_against_every_basis() -> None:
+    rows = [invented(name, 0.0, n, loss) for n in (1, 2) for name, loss in
+            (("slewing", 0.1), ("arm-matched", 0.001), ("balanced-truncation", 0.002))]  # fmt: skip
+    found = answer(rows)
+    assert {(d.first, d.second) for d in found.duels} == {("slewing", "arm-matched")}
+    results = {(d.first, d.value): (d.first_wins, d.draws, d.second_wins) for d in found.reductions}
+    assert results == {
+        ("slewing", 1): (0, 0, 1), ("slewing", 2): (0, 0, 1),
+        ("arm-matched", 1): (0, 1, 0), ("arm-matched", 2): (0, 1, 0),
+    }  # fmt: skip
 
 
 @pytest.fixture

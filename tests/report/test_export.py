@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from slewctl.errors import InputError
-from slewctl.report.export import csv_text, json_text, to_plain, write_files
+from slewctl.report.export import csv_text, json_text, parquet, to_plain, write_files
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,20 @@ def test_csv_reads_back() -> None:
     rows = list(csv.DictReader(io.StringIO(text)))
     assert rows == [{"name": "a,b", "x": "0.1"}, {"name": "c", "x": ""}]
     assert csv_text([]) == ""
+
+
+def test_parquet_reads_back_with_its_types() -> None:
+    rows = [{"name": "a", "n": 1, "x": 0.1, "ok": True, "none": None, "often": math.inf},
+            {"name": "b", "n": 2, "x": None, "ok": False, "none": None, "often": 1 / 3}]  # fmt: skip
+    written = parquet(rows)
+    assert pyarrow.parquet.read_table(io.BytesIO(written)).to_pylist() == rows
+    assert parquet(rows) == written
+
+
+def test_parquet_without_its_package_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slewctl.report.export.find_spec", lambda _: None)
+    with pytest.raises(InputError, match=r"pip install 'slewctl\[parquet\]'"):
+        parquet([])
 
 
 def test_nothing_is_half_written(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from collections import Counter
@@ -14,7 +15,7 @@ from slewctl.compare import compare
 from slewctl.files import read_design
 from slewctl.paper import reproduce
 from slewctl.report import write_comparison, write_paper
-from slewctl.report.page import number, percent
+from slewctl.report.page import hertz, number, percent
 
 DESIGNS = Path(__file__).parents[2] / "designs"
 VOID = {"meta", "link", "br", "img", "hr"}
@@ -63,7 +64,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {p.parent.name: p for p in folder.glob("*/index.html")}
 
 
-@pytest.mark.parametrize(("name", "pictures"), [("comparison-first", 10), ("paper-first", 7)])
+@pytest.mark.parametrize(("name", "pictures"), [("comparison-first", 12), ("paper-first", 7)])
 def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pictures: int) -> None:
     text = pages[name].read_text(encoding="utf-8")
     page = Page(text)
@@ -76,7 +77,8 @@ def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pic
             assert address[1:] in page.ids
     for reference in re.findall(r"url\(#([^)]+)\)", text):
         assert reference in page.ids
-    assert not re.search(r"\bnan\b", text, flags=re.I)
+    shown = re.sub(r"<script>.*?</script>", "", text, flags=re.S)
+    assert not re.search(r"\bnan\b", shown, flags=re.I)
 
 
 @pytest.mark.parametrize("kind", ["comparison", "paper"])
@@ -94,6 +96,37 @@ def test_unstable_designs_are_named_with_their_frequency(pages: dict[str, Path])
     assert unstable
     for e in unstable:
         assert f"unstable<br>{number(e['unstable_hz'][0])} Hz" in text
+
+
+def test_markdown_tells_the_same_designs(pages: dict[str, Path]) -> None:
+    folder = pages["comparison-first"].parent
+    text = (folder / "index.md").read_text(encoding="utf-8")
+    results = json.loads((folder / "results.json").read_text())
+    for case in results["cases"]:
+        assert f"## {case['case']['name']}" in text
+        for e in case["evaluations"]:
+            told = (
+                percent(e["loss"]) if e["stable"] else f"**unstable**, {hertz(e['unstable_hz'][0])}"
+            )
+            assert re.search(
+                rf"\| {e['basis']}[^|]*\| {e['n']} \| [^|]*\| {re.escape(told)} \|", text
+            )
+    widths = {line.count("|") for line in text.splitlines() if line.startswith("|")}
+    assert widths == {10}  # every row has as many cells as its heading
+
+
+def test_ladders_reach_the_whole_truth(pages: dict[str, Path]) -> None:
+    folder = pages["comparison-first"].parent
+    designs = list(csv.DictReader((folder / "designs.csv").open()))
+    rungs = list(csv.DictReader((folder / "ladders.csv").open()))
+    last = {(r["case"], r["basis"], r["n"]): r for r in rungs}
+    assert last
+    for design in designs:
+        rung = last.get((design["case"], design["basis"], design["n"]))
+        if rung is not None:
+            assert rung["modes"] == "20"
+            assert rung["stable"] == design["stable"]
+            assert rung["disk"] == design["disk_margin"]
 
 
 def test_numbers_for_readers() -> None:

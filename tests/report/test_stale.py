@@ -68,4 +68,6 @@ def test_study_is_that_of_its_file_and_of_this_code() -> None:
 
 
 def test_reports_are_small() -> None:
-    assert sum(path.stat().st_size for path in REPORTS.rglob("*") if path.is_file()) < 3e6
+    written = [path for path in REPORTS.rglob("*") if path.is_file()]
+    # A study keeps its results as they come, to resume from; the repository does not.
+    assert sum(path.stat().st_size for path in written if path.suffix != ".jsonl") < 3e6
