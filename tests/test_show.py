@@ -10,7 +10,15 @@ from matplotlib.figure import Figure
 
 import slewctl as sc
 from slewctl._show import axes_or_new, table_html, to_frame
-from slewctl.compare import Case, Judge, compare, spillover_ladder
+from slewctl.compare import (
+    SOURCES,
+    Case,
+    Judge,
+    compare,
+    compare_reductions,
+    spillover_ladder,
+    worst_case,
+)
 
 ARM = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.005)
 OBJECTIVE = sc.Objective({"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
@@ -29,16 +37,23 @@ def test_results_show_themselves() -> None:
     outcome = Judge(CASE).evaluate("clamped-free", 2)
     assert outcome.slew is not None
     ladder, comparison = spillover_ladder(CASE), compare([CASE])
-    for shown in (outcome.loop.controller, outcome.loop.margins, ladder, comparison):
+    (case,) = comparison.cases
+    reductions = compare_reductions(CASE, 2)
+    worst = worst_case(CASE, {"payload_mass": (0.0, 0.1)}, samples=1, searches=0)
+    results = (outcome.loop, outcome.loop.controller, outcome.loop.margins, ladder, comparison,
+               case, reductions, worst)  # fmt: skip
+    for shown in results:
         ElementTree.fromstring(shown._repr_html_())
     assert next(iter(outcome.loop.margins.to_frame()["margin"])) == "gain_db"
     assert len(ladder.to_frame()) == len(ladder.rungs)
     assert comparison.to_frame()["loss"][0] == outcome.evaluation.loss
+    assert list(reductions.to_frame()["name"]) == list(SOURCES)
+    assert list(worst.to_frame()["disk_margin"]) == [trial.value for trial in worst.trials]
     np.testing.assert_array_equal(outcome.slew.to_frame()["tip"], outcome.slew.tip)
     ax = Figure().subplots()
-    for drawn in (outcome.slew, ladder):
+    for drawn in (outcome.slew, ladder, case):
         assert drawn.plot(ax=ax) is ax
-    assert len(ax.lines) == 4
+    assert len(ax.lines) == 5
 
 
 def test_a_new_figure_is_made_only_without_axes(monkeypatch: pytest.MonkeyPatch) -> None:

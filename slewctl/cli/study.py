@@ -14,7 +14,7 @@ import click
 from rich.table import Table
 
 from slewctl.cli.options import OUT_FOLDER, PARQUET
-from slewctl.cli.terminal import OUT, counter, progress, show
+from slewctl.cli.terminal import ERR, OUT, counter, progress, show
 from slewctl.compare import (
     Recommendation,
     Study,
@@ -48,11 +48,16 @@ def study_command(
     from slewctl.report import write_study  # matplotlib is only needed here
 
     study = read_study(file)
-    with _executor(dask) as executor, counter(count_points(study)) as step:
-        result = run_study(
-            study, out / "results.jsonl", stamp=_stamp(study), executor=executor,
-            workers=workers, resume=resume, progress=step,
-        )  # fmt: skip
+    results = out / "results.jsonl"
+    try:
+        with _executor(dask) as executor, counter(count_points(study)) as step:
+            result = run_study(
+                study, results, stamp=_stamp(study), executor=executor,
+                workers=workers, resume=resume, progress=step,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        ERR.print(f"what was finished is in {results}; go on with --resume", soft_wrap=True)
+        raise
     page = write_study(result, out, as_parquet=parquet)
     for sentence in result.answer.sentences:
         OUT.print(sentence, soft_wrap=True)

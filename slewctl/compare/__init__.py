@@ -13,7 +13,7 @@ from slewctl.compare.comparison import (
     compare,
     count_designs,
 )
-from slewctl.compare.design_model import BASES, REDUCTIONS, SOURCES, DesignModel, design_model
+from slewctl.compare.design_model import REDUCTIONS, SOURCES, DesignModel, design_model
 from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
 from slewctl.compare.evaluation import Evaluation, FinerVerdict, Judge, Outcome, evaluate
 from slewctl.compare.grid import Grid, Point, Setting, Study, count_points
@@ -25,7 +25,6 @@ from slewctl.compare.sweep import Piece, WorkerDiedError, rows, sweep
 from slewctl.compare.uncertainty import VariedArm, WorstCase, worst_case
 
 __all__ = [
-    "BASES",
     "GOOD",
     "PAPERS",
     "REDUCTIONS",

@@ -8,10 +8,10 @@ from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any
 
-from slewctl._show import DataFrame, table_html, to_frame
+from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl.arm import Arm
+from slewctl.basis import NAMES
 from slewctl.compare.answer import GOOD, percent, stable
-from slewctl.compare.design_model import BASES
 from slewctl.compare.grid import omega_of
 from slewctl.compare.points import place_of
 from slewctl.errors import DesignError
@@ -99,6 +99,24 @@ class Recommendation:
         """Return the trials as a pandas data frame."""
         return to_frame([asdict(trial) for trial in self.trials])
 
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the bandwidth limit of every basis over the number of functions.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            By default those of a new figure.
+        """
+        ax = axes_or_new(ax)
+        orders = sorted({trial.n for trial in self.trials})
+        for basis in dict.fromkeys(trial.basis for trial in self.trials):
+            ax.plot(orders, [self.limit(basis, n) for n in orders], "o-", label=basis)
+        ax.set_xlabel("functions n")
+        ax.set_ylabel("bandwidth limit (Hz)")
+        ax.set_title(self.arm)
+        ax.legend()
+        return ax
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything as JSON knows it; infinite margins are None."""
         return {
@@ -114,7 +132,7 @@ class Recommendation:
         return _limit([t for t in self.trials if (t.basis, t.n) == (basis, n)])
 
 
-def count_trials(bases: Sequence[str] = BASES) -> int:
+def count_trials(bases: Sequence[str] = NAMES) -> int:
     """Return how many times `recommend` calls `progress`."""
     return len(bases) * len(ORDERS) * len(BANDWIDTHS)
 
@@ -149,13 +167,13 @@ def recommend(
     for bandwidth in BANDWIDTHS:
         place = place_of(arm, bandwidth, tuple(sensors), truth_modes)
         hertz = omega_of(arm, bandwidth) / (2 * math.pi)
-        for basis in BASES:
+        for basis in NAMES:
             for n in ORDERS:
                 if progress:
                     progress(f"{basis}, n = {n}, {hertz:.3g} Hz")
                 trials.append(_trial(basis, n, bandwidth, hertz, place.row(basis, n, "lqg")))
     ranked = sorted(
-        ((basis, n) for n in ORDERS for basis in BASES),
+        ((basis, n) for n in ORDERS for basis in NAMES),
         key=lambda pair: -_limit([t for t in trials if (t.basis, t.n) == pair]),
     )
     basis, n = ranked[0]

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from slewctl.compare.design_model import BASES, REDUCTIONS
+from slewctl.basis import NAMES
+from slewctl.compare.design_model import REDUCTIONS
 from slewctl.compare.spillover import area_under_curve
 
 # Costs that differ by less than a percent are a draw.
@@ -160,7 +161,7 @@ def answer(rows: Sequence[Row]) -> Answer:
     """Return the answer that the rows of a study give (see `slewctl.compare.run_study`)."""
     rows = [row for row in rows if row["outcome"] != "no design"]
     tried = {row["basis"] for row in rows}
-    bases = [basis for basis in BASES if basis in tried]
+    bases = [basis for basis in NAMES if basis in tried]
     reductions = [name for name in REDUCTIONS if name in tried]
     pairs = list(combinations(bases, 2))
     duels = tuple(d for a, b in pairs for d in along(rows, a, b, HUB))
@@ -182,8 +183,8 @@ def answer(rows: Sequence[Row]) -> Answer:
 
 
 def percent(share: float) -> str:
-    """Return a share for a sentence, in whole percent."""
-    return f"{100 * share:.0f} %"
+    """Return a share for a sentence, in whole percent, number and sign on one line."""
+    return f"{100 * share:.0f}\N{NO-BREAK SPACE}%"
 
 
 def stable(row: Row) -> bool:

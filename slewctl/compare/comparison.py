@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._show import DataFrame, table_html, to_frame
+from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl._types import Array, ComplexArray
 from slewctl.compare.case import Case
 from slewctl.compare.evaluation import Evaluation, Judge, Outcome
@@ -137,18 +137,11 @@ class CaseResult:
     shapes: tuple[ModeShapes, ...]
     ladders: tuple[Ladder, ...]
 
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """The results of all cases compared."""
-
-    cases: tuple[CaseResult, ...]
-
     def rows(self) -> list[dict[str, object]]:
-        """Return one row for each design of each case."""
+        """Return one row for each design."""
         return [
             {
-                "case": case.case.name,
+                "case": self.case.name,
                 "basis": e.basis,
                 "n": e.n,
                 "stable": e.stable,
@@ -158,9 +151,46 @@ class Comparison:
                 "disk_margin": e.margins and e.margins.disk.value,
                 "verified": e.verified,
             }
-            for case in self.cases
-            for e in case.evaluations
+            for e in self.evaluations
         ]
+
+    def _repr_html_(self) -> str:
+        return table_html(self.rows(), f"{self.case.name}: designs judged on the truth")
+
+    def to_frame(self) -> DataFrame:
+        """Return the rows as a pandas data frame."""
+        return to_frame(self.rows())
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the loss of every basis over the number of functions; unstable designs are gaps.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            By default those of a new figure.
+        """
+        ax = axes_or_new(ax)
+        for basis in dict.fromkeys(e.basis for e in self.evaluations):
+            own = [e for e in self.evaluations if e.basis == basis]
+            losses = [np.nan if e.loss is None else e.loss for e in own]
+            ax.plot([e.n for e in own], losses, "o-", label=basis)
+        ax.set_yscale("log")
+        ax.set_xlabel("functions n")
+        ax.set_ylabel("lost of the optimal cost")
+        ax.set_title(self.case.name)
+        ax.legend()
+        return ax
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The results of all cases compared."""
+
+    cases: tuple[CaseResult, ...]
+
+    def rows(self) -> list[dict[str, object]]:
+        """Return one row for each design of each case."""
+        return [row for case in self.cases for row in case.rows()]
 
     def _repr_html_(self) -> str:
         return table_html(self.rows(), "designs judged on the truth")

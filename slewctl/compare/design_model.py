@@ -29,9 +29,6 @@ from slewctl.plant import (
     modal_truncation,
 )
 
-BASES = ("clamped-free", "slewing", "hub-matched", "arm-matched")
-"""The bases that are compared, the simplest first."""
-
 REDUCTIONS: dict[str, Callable[[GeneralisedPlant, int], Reduced]] = {
     "balanced-truncation": lambda plant, n: balanced_truncation(plant, 2 * n + 2),
     "balanced-control-path": lambda plant, n: balanced_truncation(plant, 2 * n + 2, path="control"),

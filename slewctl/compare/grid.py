@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass, replace
 
 from slewctl.arm import Arm, Payload
-from slewctl.compare.design_model import BASES, SOURCES
+from slewctl.basis import NAMES
+from slewctl.compare.design_model import SOURCES
 from slewctl.design import METHODS, options
 from slewctl.errors import (
     InputError,
@@ -99,7 +100,7 @@ class Grid:
         For an empty axis, an unknown name or an impossible value.
     """
 
-    bases: tuple[str, ...] = BASES
+    bases: tuple[str, ...] = NAMES
     orders: tuple[int, ...] = (1, 2, 3, 4, 5, 6, 7, 8)
     methods: tuple[str, ...] = ("lqg",)
     hub_ratios: tuple[float, ...] = (0.0, 0.1, 1.0, 10.0)

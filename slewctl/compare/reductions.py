@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from slewctl._show import DataFrame, table_html, to_frame
 from slewctl.compare.case import Case
-from slewctl.compare.design_model import BASES, REDUCTIONS
+from slewctl.compare.design_model import REDUCTIONS, SOURCES
 from slewctl.compare.evaluation import Judge
 from slewctl.errors import InputError, SlewctlError, check_count
 from slewctl.loop import Margins, close
@@ -78,6 +79,19 @@ class Reductions:
     truth_modes: int
     rows: tuple[ReductionRow, ...]
 
+    def table(self) -> list[dict[str, object]]:
+        """Return one row of plain values for each design."""
+        names = ("name", "after", "states", "bound", "verified", "stable", "loss", "refused")
+        return [{name: getattr(row, name) for name in names} for row in self.rows]
+
+    def _repr_html_(self) -> str:
+        caption = f"{self.name}: {self.method} on {self.order} flexible modes, judged on the truth"
+        return table_html(self.table(), caption)
+
+    def to_frame(self) -> DataFrame:
+        """Return the table as a pandas data frame."""
+        return to_frame(self.table())
+
     def __getitem__(self, name: str) -> ReductionRow:
         """Return the row of a basis or a reduction by its name."""
         for row in self.rows:
@@ -116,7 +130,7 @@ def compare_reductions(case: Case, order: int) -> Reductions:
             where="order",
             remedy=f"give an order below {case.truth_modes}",
         )
-    rows = tuple(_row(judge, name, order) for name in (*BASES, *REDUCTIONS))
+    rows = tuple(_row(judge, name, order) for name in SOURCES)
     return Reductions(case.name, order, case.method, judge.optimal.h2_cost, judge.truth.modes, rows)
 
 

@@ -17,6 +17,8 @@ from slewctl.compare.grid import Study
 
 # An optimum that moves by more with the modes of the truth is no yardstick.
 _DRIFT = 0.01
+# What is behind this digit of a loss is rounding.
+_DIGITS = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +103,9 @@ class StudySlice:
         for row in self.rows:
             if row["basis"] == basis and row["outcome"] != "no design":
                 place = self.orders.index(row["n"]), self.hub_ratios.index(row["hub_ratio"])
-                found[place] = (
-                    (1 + row["loss"]) / least[row["hub_ratio"]] - 1 if stable(row) else math.inf
-                )
-        return found
+                cost = (1 + row["loss"]) / least[row["hub_ratio"]] if stable(row) else math.inf
+                found[place] = cost - 1
+        return np.round(found, _DIGITS)
 
     def _least(self, hub_ratio: float) -> float:
         """Return the least cost over the optimum that counts as no loss at a hub."""

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
+from slewctl._show import DataFrame, table_html, to_frame
 from slewctl._types import Array
 from slewctl.arm import Arm, vary
 from slewctl.compare.case import Case
@@ -138,6 +139,24 @@ class WorstCase:
     nominal: VariedArm
     trials: tuple[VariedArm, ...]
     modes: int
+
+    def rows(self) -> list[dict[str, object]]:
+        """Return one row for each arm tried."""
+        return [
+            {**trial.properties, "stable": trial.stable, self.quantity: trial.value,
+             "frequency_hz": trial.frequency_hz, "how": trial.how}
+            for trial in self.trials
+        ]  # fmt: skip
+
+    def _repr_html_(self) -> str:
+        varied = ", ".join(f"{name} = {value:.4g}" for name, value in self.properties.items())
+        worst = [{"arm": varied, "stable": self.stable, self.quantity: self.value,
+                  "at a corner": self.at_corner}]  # fmt: skip
+        return table_html(worst, f"the worst of {self.tried} arms")
+
+    def to_frame(self) -> DataFrame:
+        """Return all arms tried as a pandas data frame."""
+        return to_frame(self.rows())
 
     @property
     def tried(self) -> int:

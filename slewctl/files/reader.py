@@ -207,7 +207,8 @@ def find_arm(name: str) -> Arm:
         As `read_arm`, or for a name that is neither.
     """
     path = Path(name)
-    return read_arm(path) if path.suffix == ".toml" or path.is_file() else catalogue.get(name)
+    is_path = name not in catalogue.names() and (path.suffix == ".toml" or path.exists())
+    return read_arm(path) if is_path else catalogue.get(name)
 
 
 def arm_of_table(table: ArmTable) -> Arm:

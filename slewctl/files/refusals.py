@@ -63,6 +63,8 @@ def _refusal(kind: type[Table], prefix: tuple[str, ...], error: Mapping[str, Any
 def _known_keys(kind: type[Table], place: tuple[str, ...]) -> tuple[str, ...]:
     """Return the keys that the table at `place` knows."""
     for part in place:
+        if part.isdigit():  # a place in a list of tables
+            continue
         annotation = kind.model_fields[part].annotation
         options = (annotation, *get_args(annotation))
         kind = next(t for t in options if isinstance(t, type) and issubclass(t, Table))

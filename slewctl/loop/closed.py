@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from html import escape
 
 import control
 import numpy as np
@@ -148,6 +149,10 @@ class Loop:
     def response(self, omega: Array) -> ComplexArray:
         """Return L at each ω in rad/s: L(jω), or L(e^(jωT)) of a sampled loop."""
         return FrequencyResponse(self.return_ratio)(omega)
+
+    def _repr_html_(self) -> str:
+        told = f"<p>{escape(self.describe())}</p>"
+        return f"<div>{told}{self.margins._repr_html_()}</div>" if self.stable else told
 
     def describe(self) -> str:
         """Return one line: stable with its margins, or unstable and where."""

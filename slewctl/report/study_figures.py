@@ -20,7 +20,7 @@ from slewctl.report.page import tidy
 _CLASSES = (0.01, GOOD, 0.2, 1.0, np.inf)
 _LABELS = ("≤ 1 %", f"≤ {100 * GOOD:g} %", "≤ 20 %", "≤ 100 %", "more")
 _TONES = [colormaps["cividis_r"](t) for t in (0.0, 0.2, 0.42, 0.64, 0.86)]
-_PANELS_A_ROW = 4
+_PANELS_A_ROW = 5
 # Cells are a little smaller than their places: the ground between them is the grid.
 _CELL = 0.46
 
@@ -40,8 +40,8 @@ AXIS_NAMES = {
 
 def map_figure(part: StudySlice, name: str) -> str:
     """Return a map of the loss for every basis: hub ratio across, order upwards."""
-    columns = min(len(part.bases), _PANELS_A_ROW)
-    lines = -(-len(part.bases) // columns)
+    lines = -(-len(part.bases) // _PANELS_A_ROW)
+    columns = -(-len(part.bases) // lines)
     fig, axes = figure(lines, columns, (7.6, 0.75 + 1.95 * lines))
     for place, ax in enumerate(axes):
         if place >= len(part.bases):

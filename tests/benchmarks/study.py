@@ -38,9 +38,11 @@ from slewctl.plant import state_space
 
 ARM, TRUTH_MODES = arms.paper_beam(), 20
 HUBS, PAYLOADS = (0.0, 0.03, 0.3, 1.0, 10.0), (0.0, 1.0)
-SAMPLED = Grid(hub_ratios=HUBS, payload_ratios=PAYLOADS, bandwidths=(0.1, 0.3))
+BASES = ("clamped-free", "slewing", "hub-matched", "arm-matched")
+SAMPLED = Grid(BASES, hub_ratios=HUBS, payload_ratios=PAYLOADS, bandwidths=(0.1, 0.3))
 # 4 bases × 5 orders at 500 settings.
 WHOLE = Grid(
+    BASES,
     orders=(1, 2, 4, 6, 8),
     hub_ratios=(0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0),
     payload_ratios=(0.0, 0.1, 0.3, 1.0, 3.0),

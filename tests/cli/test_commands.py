@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import csv
-import io
 import json
 import re
 import subprocess
 import sys
-from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
+from command_line import slewctl
 
 from slewctl import arms
-from slewctl.cli import main
 
 ROOT = Path(__file__).parents[2]
 FAST = """
@@ -40,18 +37,6 @@ orders = [1, 2]
 [requirements]
 gain_margin_db = 6
 """
-
-
-def slewctl(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run the command line in this process; an error that escapes it fails the test."""
-    command = ["slewctl", *map(str, arguments)]
-    out, err, status = io.StringIO(), io.StringIO(), 0
-    with patch.object(sys, "argv", command), redirect_stdout(out), redirect_stderr(err):
-        try:
-            main()
-        except SystemExit as stopped:
-            status = int(str(stopped.code))
-    return subprocess.CompletedProcess(command, status, out.getvalue(), err.getvalue())
 
 
 def test_the_package_runs_as_a_module() -> None:

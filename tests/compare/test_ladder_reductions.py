@@ -16,6 +16,7 @@ OBJECTIVE = Objective({"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "tip": 1e-3}
 NAMES = (
     "clamped-free",
     "slewing",
+    "polynomial",
     "hub-matched",
     "arm-matched",
     "balanced-truncation",
@@ -38,7 +39,7 @@ def result() -> Reductions:
 def test_every_way_has_a_row_of_the_same_size(result: Reductions) -> None:
     assert tuple(row.name for row in result.rows) == NAMES
     assert {row.states for row in result.rows} == {6}
-    assert [row.after for row in result.rows] == [False] * 4 + [True] * 4
+    assert [row.after for row in result.rows] == [False] * 5 + [True] * 4
     assert all((row.bound is not None) == row.after for row in result.rows)
     assert all(row.verified and not row.refused for row in result.rows)
     with pytest.raises(KeyError):

@@ -6,12 +6,14 @@ import csv
 import gzip
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
 
-from slewctl.compare import Work, evaluate, evaluate_point
+from slewctl.compare import StudyResult, Work, evaluate, evaluate_point
 from slewctl.files import read_designs, read_study
+from slewctl.report import write_study
 from slewctl.report.export import to_plain
 
 ROOT = Path(__file__).parents[2]
@@ -65,6 +67,29 @@ def test_study_is_that_of_its_file_and_of_this_code() -> None:
         assert row["outcome"] == fresh["outcome"]
         if fresh["loss"] is not None and math.isfinite(fresh["loss"]):
             assert float(row["loss"]) == pytest.approx(fresh["loss"], rel=1e-5, abs=1e-8)
+
+
+def value(key: str, text: str) -> object:
+    """Return what a cell of a CSV file was."""
+    if key in ("reason", "sensors", "method", "basis", "outcome"):
+        return text
+    if text in ("", "True", "False"):
+        return text == "True" if text else None
+    return int(text) if key in ("n", "unstable_mode") else float(text)
+
+
+def test_study_says_what_this_code_makes_of_its_rows(tmp_path: Path) -> None:
+    with gzip.open(REPORTS / "study" / "rows.csv.gz", "rt") as file:
+        rows = [{k: value(k, v) for k, v in row.items()} for row in csv.DictReader(file)]
+    write_study(StudyResult(read_study(STUDY), rows), tmp_path)
+    stamp = re.compile(r"^Made with .*$", re.M)
+    fresh, written = (
+        stamp.sub("", (folder / "index.md").read_text(encoding="utf-8"))
+        for folder in (tmp_path, REPORTS / "study")
+    )
+    assert fresh == written
+    results = (json.loads((f / "results.json").read_text()) for f in (tmp_path, REPORTS / "study"))
+    assert len({json.dumps(each["answer"]) for each in results}) == 1
 
 
 def test_reports_are_small() -> None:
