@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from difflib import get_close_matches
+from functools import partial
 from numbers import Integral, Real
-from typing import TypeVar
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 
@@ -32,6 +33,10 @@ class SlewctlError(Exception):
     def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
         self.what, self.where, self.remedy = what, where, remedy
         super().__init__(what, where, remedy)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle with its keywords: an error may come back from another process."""
+        return partial(type(self), where=self.where, remedy=self.remedy), (self.what,)
 
     def within(self, place: str, separator: str = ": ") -> SlewctlError:
         """Return the same error with `place`, such as a file, before its own place."""
@@ -88,6 +93,18 @@ def check_nonnegative(value: object, name: str) -> float:
     if number < 0:
         raise InputError(f"{number:g} is negative", where=name, remedy="give a value >= 0")
     return number
+
+
+def check_damping_ratio(value: object, name: str) -> float:
+    """Return `value` as a float; refuse what is not in [0, 1)."""
+    ratio = check_number(value, name)
+    if not 0 <= ratio < 1:
+        raise InputError(
+            f"{ratio:g} is not in [0, 1)",
+            where=name,
+            remedy="give ζ as a fraction, for example 0.005 for half a percent",
+        )
+    return ratio
 
 
 def check_count(value: object, name: str, least: int = 1) -> int:

@@ -12,7 +12,13 @@ from slewctl._types import Array
 from slewctl.arm.damping import KelvinVoigt, Rayleigh
 from slewctl.arm.motor import Motor
 from slewctl.arm.profiles import Profile, ProfileSpec, Stations, as_profile
-from slewctl.errors import InputError, check_nonnegative, check_number, check_positive, shown
+from slewctl.errors import (
+    InputError,
+    check_damping_ratio,
+    check_nonnegative,
+    check_positive,
+    shown,
+)
 
 _SAME_POINT = 1e-12
 
@@ -187,23 +193,11 @@ def _damping_ratio(given: object) -> float | tuple[float, ...]:
     if isinstance(given, np.ndarray):
         given = given.tolist()
     if isinstance(given, str) or not isinstance(given, Sequence):
-        return _fraction(given)
-    ratios = tuple(_fraction(value) for value in given)
+        return check_damping_ratio(given, "arm.damping_ratio")
+    ratios = tuple(check_damping_ratio(value, "arm.damping_ratio") for value in given)
     if not ratios:
         raise InputError("no ratio", where="arm.damping_ratio", remedy="give at least one")
     return ratios
-
-
-def _fraction(value: object) -> float:
-    """Return a damping ratio as a float; refuse what is not in [0, 1)."""
-    ratio = check_number(value, "arm.damping_ratio")
-    if not 0 <= ratio < 1:
-        raise InputError(
-            f"{ratio:g} is not in [0, 1)",
-            where="arm.damping_ratio",
-            remedy="give ζ as a fraction, for example 0.005 for half a percent",
-        )
-    return ratio
 
 
 __all__ = ["Arm", "Beam", "Hub", "Payload", "Stations"]

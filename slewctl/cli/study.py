@@ -61,6 +61,9 @@ def study_command(
     page = write_study(result, out, as_parquet=parquet)
     for sentence in result.answer.sentences:
         OUT.print(sentence, soft_wrap=True)
+    if result.refused:
+        refused = f"{result.refused} of {len(result.rows)} designs could not be made"
+        OUT.print(f"{refused}; rows.csv.gz says why", soft_wrap=True)
     OUT.print(f"report: {page}", soft_wrap=True)
 
 

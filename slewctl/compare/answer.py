@@ -301,21 +301,27 @@ def _sentences(
         yield _where(along(rows, *papers, HUB)) + _neither(rows, papers)
     if shares:
         yield _pick(shares)
+    if not rows:
+        yield "No design could be made; the rows say why."
 
 
 def _pick(shares: Sequence[Share]) -> str:
     """Say which basis to take, and which are good as often."""
     best = max(shares, key=lambda share: share.rate)
+    what = f"stable and lose at most {percent(GOOD)} of the optimal cost"
+    if not best.good:
+        return f"Of {sum(s.designs for s in shares)} LQG and H2 designs none are {what}."
     equals = [s for s in shares if s is not best and best.rate - s.rate <= _AS_OFTEN]
     worse = [s for s in shares if s is not best and s not in equals]
-    names = " or the ".join(s.basis for s in (best, *equals))
-    rates = " and ".join(f"{percent(s.rate)}" for s in (best, *equals))
-    beside = ", ".join(f"{s.basis} {percent(s.rate)}" for s in worse)
+    beside = f", against {', '.join(_rated(s) for s in worse)}" if worse else ""
     return (
-        f"For an arm of your own take the {names} basis: {rates} of "
-        f"{best.designs} LQG and H2 designs are stable and lose at most {percent(GOOD)} of the "
-        f"optimal cost{f' ({beside})' if beside else ''}."
+        f"For an arm of your own take {' or '.join(_rated(s) for s in (best, *equals))}: so many "
+        f"of {best.designs} LQG and H2 designs on it are {what}{beside}."
     )
+
+
+def _rated(share: Share) -> str:
+    return f"{share.basis} ({percent(share.rate)})"
 
 
 def _does_it_matter(total: Duel) -> str:

@@ -14,12 +14,14 @@ from dataclasses import astuple, dataclass, replace
 
 from slewctl.arm import Arm, Payload
 from slewctl.basis import NAMES
+from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.compare.design_model import SOURCES
 from slewctl.design import METHODS, options
 from slewctl.errors import (
     InputError,
     check_choice,
     check_count,
+    check_damping_ratio,
     check_nonnegative,
     check_positive,
     shown,
@@ -77,7 +79,7 @@ class Point:
         """A name that sorts by setting first."""
         s = self.setting
         numbers = (s.hub_ratio, s.payload_ratio, s.damping_ratio, s.bandwidth)
-        words = (*(f"{x:.6g}" for x in numbers), "+".join(s.sensors), self.method, self.basis)
+        words = (*map(repr, numbers), "+".join(s.sensors), self.method, self.basis)
         return "|".join((*words, f"{self.n:03d}"))
 
 
@@ -123,7 +125,8 @@ class Grid:
             check_choice(method, METHODS, "methods")
         for n in self.orders:
             check_count(n, "orders")
-        _numbers(self, ("hub_ratios", "payload_ratios", "damping_ratios"), check_nonnegative)
+        _numbers(self, ("hub_ratios", "payload_ratios"), check_nonnegative)
+        _numbers(self, ("damping_ratios",), check_damping_ratio)
         _numbers(self, ("bandwidths",), check_positive)
         object.__setattr__(self, "sensors", tuple(_sensors(names) for names in self.sensors))
         for axis in self.__dataclass_fields__:  # a value given twice is tried once
@@ -197,7 +200,15 @@ class Study:
     truth_modes: int = 20
 
     def __post_init__(self) -> None:
-        check_count(self.truth_modes, "truth.modes")
+        most = MOST_TRUTH_MODES // 2  # twice as many judge again
+        if check_count(self.truth_modes, "truth.modes") > most:
+            raise InputError(
+                f"a truth of {shown(self.truth_modes)} modes for each design takes too long",
+                where="truth.modes",
+                remedy=f"keep at most {most}",
+            )
+        if not self.grids:
+            raise InputError("there is no grid", where="grid", remedy="add a [[grid]] table")
         largest = max(max(grid.orders) for grid in self.grids)
         if self.truth_modes < 2 * largest:
             raise InputError(

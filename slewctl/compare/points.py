@@ -150,9 +150,23 @@ def evaluate_point(work: Work) -> list[Row]:
         "basis": point.basis,
         "n": point.n,
     }
-    arm = arm_of(work.arm, setting)
-    place = place_of(arm, setting.bandwidth, setting.sensors, work.truth_modes)
+    try:
+        arm = arm_of(work.arm, setting)
+        place = place_of(arm, setting.bandwidth, setting.sensors, work.truth_modes)
+    except _FAILURES as error:
+        return [axes | no_design(error)]
     return [axes | place.row(point.basis, point.n, point.method)]
+
+
+# What is no design, with its reason: refusals, and numbers that leave double precision.
+_FAILURES = (SlewctlError, ArithmeticError, np.linalg.LinAlgError)
+
+
+def no_design(error: Exception) -> dict[str, Any]:
+    """Return the part of a row beside its axes where there is no design."""
+    known = isinstance(error, SlewctlError)
+    reason = str(error) if known else f"beyond double precision ({error}); use milder ratios"
+    return dict.fromkeys(_COLUMNS) | {"outcome": "no design", "reason": reason}
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,8 +209,8 @@ class Place:
             options = options_of(method, self.judge.case.arm, self.bandwidth)
             controller = design.controller(method, options)
             return _results(self, self.judge.assess(design, controller, again=False), controller)
-        except SlewctlError as error:
-            return dict.fromkeys(_COLUMNS) | {"outcome": "no design", "reason": str(error)}
+        except _FAILURES as error:
+            return no_design(error)
 
 
 @lru_cache(maxsize=8)

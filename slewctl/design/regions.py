@@ -29,7 +29,7 @@ from slewctl.design.regulator_lmi import Disturbance, Feedback, Regulator, Unkno
 from slewctl.design.result import Check, Controller, Guarantee, closed_cost, finished
 from slewctl.errors import (
     DesignError,
-    InputError,
+    check_damping_ratio,
     check_nonnegative,
     check_positive,
 )
@@ -206,13 +206,7 @@ def _finite(radius: float) -> float | None:
 
 
 def _region(prefix: str, decay: float, damping: float, radius: float | None) -> Region:
-    ratio = check_nonnegative(damping, f"{prefix}damping_ratio_min")
-    if ratio >= 1:
-        raise InputError(
-            f"{ratio:g} is not in [0, 1)",
-            where=f"{prefix}damping_ratio_min",
-            remedy="give ζ as a fraction, for example 0.05",
-        )
+    ratio = check_damping_ratio(damping, f"{prefix}damping_ratio_min")
     slowest = check_nonnegative(decay, f"{prefix}decay_rate_min")
     farthest = math.inf if radius is None else check_positive(radius, f"{prefix}radius_max")
     return Region(slowest, ratio, farthest)

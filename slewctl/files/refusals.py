@@ -57,6 +57,8 @@ def _refusal(kind: type[Table], prefix: tuple[str, ...], error: Mapping[str, Any
     if error["type"] == "missing":
         return InputError("missing", where=key, remedy="add it")
     wanted = _WANTED.get(error["type"], str(error["msg"]).removeprefix("Input should be "))
+    if wanted.startswith(("greater", "less")):
+        wanted = f"a value {wanted}"
     return InputError(f"{shown(error['input'])} is not allowed", where=key, remedy=f"give {wanted}")
 
 

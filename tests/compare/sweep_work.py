@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from slewctl.errors import InputError
+
 
 def squares(number: int) -> list[dict[str, float]]:
     return [{"number": number, "square": float(number**2)}]
@@ -33,3 +35,7 @@ def deadly(work: tuple[int, str]) -> list[dict[str, int]]:
         once.touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return [{"number": number}]
+
+
+def refusing(number: int) -> list[dict[str, int]]:
+    raise InputError("wrong", where="a.b", remedy="mend it")

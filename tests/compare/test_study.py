@@ -156,6 +156,10 @@ def test_bad_grids_are_refused_with_their_axis() -> None:
         Grid(sensors=(("theta", "tipp"),))
     with pytest.raises(InputError, match="is not a list of sensors"):
         Grid(sensors=("theta",))  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"damping_ratios: 2 is not in \[0, 1\)"):
+        Grid(damping_ratios=(2.0,))
+    with pytest.raises(InputError, match="keep at most 60"):
+        Study("s", "", PAPER, (Grid(),), truth_modes=61)
     with pytest.raises(InputError, match=r"truth\.modes"):
         Study("s", "", PAPER, (Grid(orders=(15,)),))
 
@@ -190,6 +194,29 @@ def test_duels_count_wins_draws_and_losses() -> None:
     (by_order,) = {d.axis for d in found.elsewhere}
     assert by_order == "n"
     assert [(d.value, d.pairs) for d in found.elsewhere] == [(1, 2), (2, 2)]
+
+
+def test_the_basis_to_take_is_named_with_its_equals() -> None:
+    rows = [invented(basis, 1.0, n, loss) for n in range(1, 101) for basis, loss in
+            (("clamped-free", 0.01 if n > 40 else None), ("slewing", 0.9),
+             ("hub-matched", 0.01 if n > 1 else 0.9), ("arm-matched", 0.01))]  # fmt: skip
+    last = answer(rows).sentences[-1].replace("\N{NO-BREAK SPACE}", " ")
+    assert "take arm-matched (100 %) or hub-matched (99 %): so many of 100" in last
+    assert "against clamped-free (60 %), slewing (0 %)." in last
+
+
+def test_no_good_design_is_no_recommendation() -> None:
+    rows = [invented("slewing", 1.0, n, 0.9) for n in (1, 2)]
+    assert answer(rows).sentences[-1].startswith("Of 2 LQG and H2 designs none are stable")
+    assert answer([]).sentences == ("No design could be made; the rows say why.",)
+
+
+def test_settings_beyond_double_precision_are_rows_with_a_reason() -> None:
+    for setting in (replace(SETTING, hub_ratio=1e300), replace(SETTING, bandwidth=1e-300)):
+        (row,) = evaluate_point(Work(PAPER, 6, Point(setting, "slewing", 1, "lqg")))
+        assert row["outcome"] == "no design"
+        assert row["reason"]
+        assert row["loss"] is None
 
 
 def test_modes_lost_and_gaps_are_counted() -> None:

@@ -142,3 +142,11 @@ def test_dask_cluster_gives_the_same_rows(tmp_path: Path) -> None:
         sweep(sweep_work.eigenvalues, pieces(8), tmp_path / "d", stamp=STAMP,
               executor=client.get_executor())  # fmt: skip
     assert rows(tmp_path / "d") == rows(tmp_path / "p")
+
+
+def test_an_error_in_a_worker_comes_back_as_it_was(tmp_path: Path) -> None:
+    """An error that cannot be pickled would break the pool, and look like a killed worker."""
+    with pytest.raises(InputError) as caught:
+        sweep(sweep_work.refusing, pieces(3), tmp_path / "r", stamp=STAMP, workers=2)
+    assert str(caught.value) == "a.b: wrong; mend it"
+    assert type(caught.value) is InputError
