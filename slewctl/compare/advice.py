@@ -8,12 +8,14 @@ from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any
 
+import numpy as np
+
 from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl.arm import Arm
 from slewctl.basis import NAMES
 from slewctl.compare.answer import GOOD, percent, stable
-from slewctl.compare.grid import omega_of
-from slewctl.compare.points import place_of
+from slewctl.compare.grid import check_sensors, omega_of
+from slewctl.compare.points import design_row
 from slewctl.errors import DesignError
 from slewctl.model import beam_inertia
 
@@ -160,18 +162,23 @@ def recommend(
 
     Raises
     ------
+    InputError
+        For an unknown sensor.
     DesignError
         If no design is acceptable at any bandwidth; the message says what came closest.
     """
+    measured = check_sensors(sensors)
     trials = []
     for bandwidth in BANDWIDTHS:
-        place = place_of(arm, bandwidth, tuple(sensors), truth_modes)
         hertz = omega_of(arm, bandwidth) / (2 * math.pi)
         for basis in NAMES:
             for n in ORDERS:
                 if progress:
                     progress(f"{basis}, n = {n}, {hertz:.3g} Hz")
-                trials.append(_trial(basis, n, bandwidth, hertz, place.row(basis, n, "lqg")))
+                row = design_row(
+                    arm, bandwidth, measured, truth_modes, basis=basis, n=n, method="lqg"
+                )
+                trials.append(_trial(basis, n, bandwidth, hertz, row))
     ranked = sorted(
         ((basis, n) for n in ORDERS for basis in NAMES),
         key=lambda pair: -_limit([t for t in trials if (t.basis, t.n) == pair]),
@@ -181,7 +188,7 @@ def recommend(
     if limit == 0:
         raise _nothing_found(arm, trials)
     ratio = arm.hub_inertia / beam_inertia(arm)
-    return Recommendation(arm.name, ratio, tuple(sensors), basis, n, limit, tuple(trials))
+    return Recommendation(arm.name, ratio, measured, basis, n, limit, tuple(trials))
 
 
 def _trial(basis: str, n: int, bandwidth: float, hertz: float, row: dict[str, Any]) -> Trial:
@@ -224,9 +231,13 @@ def _nothing_found(arm: Arm, trials: Sequence[Trial]) -> DesignError:
         if closest
         else ""
     )
+    undamped = not np.any(arm.damping_ratios(1)) and arm.damping is None
     return DesignError(
         f"no design for {arm.name} is stable with {LEAST_GAIN_DB:g} dB, {LEAST_PHASE_DEG:g} deg "
         f"and at most {percent(GOOD)} of the optimal cost lost{near}",
         where="recommend",
-        remedy="add a sensor, or give the arm the hub inertia that it has",
+        remedy="give the arm its damping (damping_ratio in a TOML file): without any, a mode that "
+        "the controller does not know is on the edge of stability"
+        if undamped
+        else "add a sensor, or give the arm the hub inertia that it has",
     )

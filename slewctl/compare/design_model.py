@@ -68,8 +68,9 @@ class DesignModel:
         """Natural frequencies of the flexible modes in rad/s, increasing, shape (≤ n,)."""
         if self.model is not None:
             return self.model.omega
-        # Beside the rigid body's two poles, one of each pair.
-        return np.sort(np.abs(np.linalg.eigvals(self.plant.A)))[2::2]
+        # A reduction keeps the rigid body apart, in its first states; one pole of each pair.
+        rigid = sum(name.startswith("rigid") for name in self.plant.system.state_labels)
+        return np.sort(np.abs(np.linalg.eigvals(self.plant.A[rigid:, rigid:])))[::2]
 
     @property
     def control_path(self) -> control.StateSpace:

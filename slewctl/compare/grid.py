@@ -128,7 +128,7 @@ class Grid:
         _numbers(self, ("hub_ratios", "payload_ratios"), check_nonnegative)
         _numbers(self, ("damping_ratios",), check_damping_ratio)
         _numbers(self, ("bandwidths",), check_positive)
-        object.__setattr__(self, "sensors", tuple(_sensors(names) for names in self.sensors))
+        object.__setattr__(self, "sensors", tuple(check_sensors(names) for names in self.sensors))
         for axis in self.__dataclass_fields__:  # a value given twice is tried once
             object.__setattr__(self, axis, tuple(dict.fromkeys(getattr(self, axis))))
 
@@ -162,12 +162,13 @@ class Grid:
         return math.prod(len(values) for values in astuple(self))
 
 
-def _sensors(names: object) -> tuple[str, ...]:
+def check_sensors(names: object) -> tuple[str, ...]:
+    """Return names of sensors; refuse those that a study cannot weigh."""
     if isinstance(names, str) or not isinstance(names, Sequence) or not names:
         raise InputError(
             f"{shown(names)} is not a list of sensors",
             where="sensors",
-            remedy='give lists in a list, as in [["theta", "tip"]]',
+            remedy="give a list, such as ['theta', 'tip']",
         )
     return tuple(check_choice(name, SENSORS, "sensors") for name in names)
 

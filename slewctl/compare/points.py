@@ -152,20 +152,40 @@ def evaluate_point(work: Work) -> list[Row]:
     }
     try:
         arm = arm_of(work.arm, setting)
-        place = place_of(arm, setting.bandwidth, setting.sensors, work.truth_modes)
-    except _FAILURES as error:
-        return [axes | no_design(error)]
-    return [axes | place.row(point.basis, point.n, point.method)]
+    except SlewctlError as error:
+        return [axes | _no_design(str(error))]
+    return [
+        axes
+        | design_row(
+            arm, setting.bandwidth, setting.sensors, work.truth_modes,
+            basis=point.basis, n=point.n, method=point.method,
+        )
+    ]  # fmt: skip
 
 
-# What is no design, with its reason: refusals, and numbers that leave double precision.
-_FAILURES = (SlewctlError, ArithmeticError, np.linalg.LinAlgError)
+def design_row(
+    arm: Arm,
+    bandwidth: float,
+    sensors: tuple[str, ...],
+    truth_modes: int,
+    *,
+    basis: str,
+    n: int,
+    method: str,
+) -> dict[str, Any]:
+    """Return what `evaluate_point` tells of a design beside its axes.
+
+    A design that cannot be made, or judged in double precision, has a reason instead.
+    """
+    try:
+        return place_of(arm, bandwidth, sensors, truth_modes).row(basis, n, method)
+    except SlewctlError as error:
+        return _no_design(str(error))
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        return _no_design(f"beyond double precision ({error}); use milder ratios")
 
 
-def no_design(error: Exception) -> dict[str, Any]:
-    """Return the part of a row beside its axes where there is no design."""
-    known = isinstance(error, SlewctlError)
-    reason = str(error) if known else f"beyond double precision ({error}); use milder ratios"
+def _no_design(reason: str) -> dict[str, Any]:
     return dict.fromkeys(_COLUMNS) | {"outcome": "no design", "reason": reason}
 
 
@@ -203,14 +223,17 @@ class Place:
         return plant_graph(plant.control_path, **self.units)
 
     def row(self, basis: str, n: int, method: str) -> dict[str, Any]:
-        """Return what a design achieves; a design that cannot be made has a reason instead."""
-        try:
-            design = self.judge.model(basis, n)
-            options = options_of(method, self.judge.case.arm, self.bandwidth)
-            controller = design.controller(method, options)
-            return _results(self, self.judge.assess(design, controller, again=False), controller)
-        except _FAILURES as error:
-            return no_design(error)
+        """Return what a design achieves.
+
+        Raises
+        ------
+        SlewctlError
+            If it cannot be made.
+        """
+        design = self.judge.model(basis, n)
+        options = options_of(method, self.judge.case.arm, self.bandwidth)
+        controller = design.controller(method, options)
+        return _results(self, self.judge.assess(design, controller, again=False), controller)
 
 
 @lru_cache(maxsize=8)

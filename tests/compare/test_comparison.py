@@ -114,3 +114,32 @@ def test_impossible_cases_are_refused(changes: dict[str, object], words: str) ->
     with pytest.raises(InputError, match=r"model|controller|compare|truth") as caught:
         case_with_hub(0.0, **changes)
     assert words in str(caught.value)
+
+
+def test_an_alternative_without_a_design_costs_only_itself() -> None:
+    case = case_with_hub(
+        0.1944, method="pole-placement", n=2, orders=(1, 2), bases=("clamped-free",),
+        options={"bandwidth_hz": 0.3, "added_damping": {"2": 0.1}}, truth_modes=6,
+    )  # fmt: skip
+    (result,) = compare([case]).cases
+    assert [e.n for e in result.evaluations] == [2]
+    ((refusal),) = result.refused
+    assert (refusal.basis, refusal.n) == ("clamped-free", 1)
+    assert "the design model has 1 flexible mode, no mode 2" in refusal.reason
+    with pytest.raises(InputError, match="no mode 2"):
+        compare([replace(case, n=1)])
+    with pytest.raises(InputError, match="no such option"):
+        case_with_hub(0.1944, options={"bandwith_hz": 0.3})
+
+
+def test_ladders_end_where_the_designs_are_judged(
+    heavy_hub: CaseResult, no_hub: CaseResult
+) -> None:
+    for result in (heavy_hub, no_hub):
+        by_basis = {e.basis: e for e in result.evaluations if e.n == result.case.n}
+        assert {ladder.basis for ladder in result.ladders} == set(by_basis)
+        for ladder in result.ladders:
+            last, judged = ladder.rungs[-1], by_basis[ladder.basis]
+            assert (last.modes, last.stable) == (result.truth.modes, judged.stable)
+            assert last.cost == judged.cost
+            assert ladder.rungs[0].modes == result.case.n

@@ -150,3 +150,25 @@ def test_an_error_in_a_worker_comes_back_as_it_was(tmp_path: Path) -> None:
         sweep(sweep_work.refusing, pieces(3), tmp_path / "r", stamp=STAMP, workers=2)
     assert str(caught.value) == "a.b: wrong; mend it"
     assert type(caught.value) is InputError
+
+
+def test_rows_are_a_sequence_of_mappings(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(1) as threads:
+        sweep(sweep_work.squares, pieces(5), tmp_path / "r", stamp=STAMP, executor=threads)
+    found = rows(tmp_path / "r")
+    assert len(found) == 5
+    assert list(found) == [{"number": i, "square": float(i**2)} for i in range(5)]
+    assert found[-1] == {"number": 4, "square": 16.0}
+    assert list(found[1:3]) == list(found)[1:3]
+    with pytest.raises(IndexError):
+        found[5]
+
+
+def test_rows_with_other_keys_are_no_results(tmp_path: Path) -> None:
+    results = tmp_path / "r"
+    with ThreadPoolExecutor(1) as threads:
+        sweep(sweep_work.squares, pieces(2), results, stamp=STAMP, executor=threads)
+    with results.open("a") as file:
+        file.write('{"key": "z", "rows": [{"number": 1, "cube": 1.0}]}\n')
+    with pytest.raises(InputError, match="not the results of a sweep"):
+        rows(results)
