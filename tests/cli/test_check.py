@@ -107,7 +107,7 @@ def test_a_broken_file_hides_nothing_of_the_others(run: Run) -> None:
     assert "1 of 4 requirements failed, 1 design could not be judged" in done.out
     assert done.err == (
         "slewctl: designs/a_broken.toml:7: model.n: -2 is not allowed; "
-        "give greater than or equal to 1\n"
+        "give a value greater than or equal to 1\n"
     )
     record = json.loads(Path("o.json").read_text())
     assert record["status"] == 2
