@@ -1,7 +1,7 @@
 """Designs on several bases and orders, judged on the converged truth of their arm."""
 
 from slewctl.compare.advice import Recommendation, Trial, count_trials, recommend
-from slewctl.compare.answer import GOOD, PAPERS, Answer, Duel, GapScore, Lost, Share
+from slewctl.compare.answer import GOOD, MEDIANS, PAPERS, Answer, Duel, GapScore, Lost, Share
 from slewctl.compare.case import Case
 from slewctl.compare.comparison import (
     CaseResult,
@@ -26,6 +26,7 @@ from slewctl.compare.uncertainty import VariedArm, WorstCase, worst_case
 
 __all__ = [
     "GOOD",
+    "MEDIANS",
     "PAPERS",
     "REDUCTIONS",
     "SOURCES",

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,8 @@ _AS_OFTEN = 0.02
 # The paper's comparison, and the axes along which it is counted beside the hub's inertia.
 PAPERS = ("clamped-free", "slewing")
 HUB = "hub_ratio"
+# What a user of the controller feels, told as medians.
+MEDIANS = ("phase_margin_deg", "disk_margin", "settling", "residual", "peak_torque")
 OTHER_AXES = ("payload_ratio", "damping_ratio", "bandwidth", "sensors", "method", "n")
 
 Row = Mapping[str, Any]
@@ -69,12 +72,18 @@ class Share:
     basis : str
     designs, stable, good : int
         Good: stable on both truths with at most 5 % lost.
+    medians : mapping of str to float
+        Of `MEDIANS` over the stable designs; empty if there are none.
+    condition : float or None
+        Largest condition number of M_e; None for a reduction.
     """
 
     basis: str
     designs: int
     stable: int
     good: int
+    medians: Mapping[str, float]
+    condition: float | None
 
     @property
     def rate(self) -> float:
@@ -242,9 +251,17 @@ def _compare(a: Row, b: Row) -> int:
 
 
 def share(rows: Iterable[Row], basis: str) -> Share:
-    """Return how often the designs on a basis are stable and good."""
+    """Return how often the designs on a basis are stable and good, and how good the stable are."""
     own = [row for row in rows if row["basis"] == basis]
-    return Share(basis, len(own), sum(map(stable, own)), sum(map(good, own)))
+    holding = [row for row in own if stable(row)]
+    return Share(
+        basis=basis,
+        designs=len(own),
+        stable=len(holding),
+        good=sum(map(good, own)),
+        medians={key: median(row[key] for row in holding) for key in MEDIANS} if holding else {},
+        condition=max((r["condition"] for r in own if r["condition"] is not None), default=None),
+    )
 
 
 def _lost(rows: Iterable[Row], basis: str) -> Lost:

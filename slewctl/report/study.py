@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from slewctl.compare import PAPERS, Duel, StudyResult
+from slewctl.compare import MEDIANS, PAPERS, Duel, StudyResult
 from slewctl.report.export import json_text, packed_csv, parquet, write_files
 from slewctl.report.page import render, versions
 from slewctl.report.study_figures import AXIS_NAMES, duel_figure, map_figure
@@ -37,6 +37,7 @@ def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) 
         "pairs": _by_pair(answer.duels),
         "reductions": _by_pair(answer.reductions),
         "axis_names": AXIS_NAMES,
+        "medians": MEDIANS,
         "inputs": json_text(result.study),
     }
     papers = [d for d in answer.duels if (d.first, d.second) == PAPERS]

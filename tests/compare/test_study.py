@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 import slewctl as sc
 from slewctl.basis import NAMES, create
 from slewctl.compare import (
+    MEDIANS,
     Grid,
     Judge,
     Point,
@@ -170,6 +171,7 @@ def invented(basis: str, hub: float, n: int, loss: float | None) -> dict[str, ob
         "sensors": "theta", "method": "lqg", "basis": basis, "n": n, "loss": loss,
         "outcome": "unstable" if loss is None else "stable", "stable_on_twice": loss is not None,
         "unstable_mode": n + 1 if loss is None else None, "worst_frequency_error": loss or 1.0,
+        **dict.fromkeys(MEDIANS, None if loss is None else 10 * loss), "condition": float(n),
         "nu_gap": 0.2, "generalised_margin": 0.1 if loss is None else 0.1 + 0.1 / (1 + loss),
     }  # fmt: skip
 
@@ -231,6 +233,15 @@ def test_modes_lost_and_gaps_are_counted() -> None:
     assert gap is not None
     assert (gap.designs, gap.stable, gap.certified, gap.refuted) == (6, 2, 0, 0)
     assert gap.auc == 1.0  # every unstable design has less margin under the same gap
+
+
+def test_shares_tell_medians_of_the_stable_and_the_worst_condition() -> None:
+    rows = [invented("slewing", 0.0, n, loss) for n, loss in enumerate((None, 0.5, 0.1, 0.2), 1)]
+    (share,) = answer(rows).shares
+    assert (share.designs, share.stable, share.good, share.condition) == (4, 3, 0, 4.0)
+    assert share.medians == dict.fromkeys(MEDIANS, 2.0)
+    (none,) = answer(rows[:1]).shares
+    assert none.medians == {}
 
 
 def test_a_reduction_is_counted_against_every_basis() -> None:
