@@ -16,6 +16,7 @@ from rich.table import Table
 from slewctl.cli.options import OUT_FOLDER, PARQUET
 from slewctl.cli.terminal import ERR, OUT, counter, progress, show
 from slewctl.compare import (
+    COLUMNS,
     Recommendation,
     Study,
     count_points,
@@ -69,7 +70,7 @@ def study_command(
 
 def _stamp(study: Study) -> dict[str, Any]:
     """Return what the results depend on."""
-    return {"slewctl": version("slewctl"), "study": repr(study)}
+    return {"slewctl": version("slewctl"), "columns": COLUMNS, "study": repr(study)}
 
 
 @contextmanager

@@ -18,13 +18,14 @@ from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
 from slewctl.compare.evaluation import Evaluation, FinerVerdict, Judge, Outcome, evaluate
 from slewctl.compare.grid import Grid, Point, Setting, Study, count_points
 from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
-from slewctl.compare.points import Work, evaluate_point, run_study
+from slewctl.compare.points import COLUMNS, Work, evaluate_point, run_study
 from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
 from slewctl.compare.study_result import StudyResult, StudySlice
 from slewctl.compare.sweep import Piece, WorkerDiedError, rows, sweep
 from slewctl.compare.uncertainty import VariedArm, WorstCase, worst_case
 
 __all__ = [
+    "COLUMNS",
     "GOOD",
     "MEDIANS",
     "PAPERS",

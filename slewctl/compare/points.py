@@ -36,7 +36,7 @@ from slewctl.model import total_inertia, truth
 from slewctl.plant import generalised_plant
 
 # What a row tells beside its axes, in this order.
-_COLUMNS = (
+COLUMNS = (
     "outcome",
     "reason",
     "stable_on_twice",
@@ -186,7 +186,7 @@ def design_row(
 
 
 def _no_design(reason: str) -> dict[str, Any]:
-    return dict.fromkeys(_COLUMNS) | {"outcome": "no design", "reason": reason}
+    return dict.fromkeys(COLUMNS) | {"outcome": "no design", "reason": reason}
 
 
 @dataclass(frozen=True, eq=False)
