@@ -15,7 +15,27 @@ if TYPE_CHECKING:
 else:
     Axes = DataFrame = Any
 
-__all__ = ["Axes", "DataFrame", "axes_or_new", "table_html", "to_frame"]
+__all__ = ["Axes", "DataFrame", "Tabular", "axes_or_new", "table_html", "to_frame"]
+
+
+class Tabular:
+    """A result made of rows: a notebook shows them as a table, pandas as a data frame."""
+
+    def rows(self) -> list[dict[str, object]]:
+        """Return the rows, all with the same keys."""
+        raise NotImplementedError
+
+    @property
+    def caption(self) -> str:
+        """What stands over the table."""
+        return ""
+
+    def _repr_html_(self) -> str:
+        return table_html(self.rows(), self.caption)
+
+    def to_frame(self) -> DataFrame:
+        """Return the rows as a pandas data frame."""
+        return to_frame(self.rows())
 
 
 def table_html(rows: Sequence[Mapping[str, Any]], caption: str = "") -> str:

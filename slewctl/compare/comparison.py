@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
+from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl._types import Array, ComplexArray
 from slewctl.compare.case import Case
 from slewctl.compare.evaluation import Evaluation, Judge, Outcome
@@ -107,7 +107,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, eq=False)
-class CaseResult:
+class CaseResult(Tabular):
     """A case with everything that was tried for it.
 
     Attributes
@@ -154,12 +154,10 @@ class CaseResult:
             for e in self.evaluations
         ]
 
-    def _repr_html_(self) -> str:
-        return table_html(self.rows(), f"{self.case.name}: designs judged on the truth")
-
-    def to_frame(self) -> DataFrame:
-        """Return the rows as a pandas data frame."""
-        return to_frame(self.rows())
+    @property
+    def caption(self) -> str:
+        """The case's name."""
+        return f"{self.case.name}: designs judged on the truth"
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the loss of every basis over the number of functions; unstable designs are gaps.
@@ -183,7 +181,7 @@ class CaseResult:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Tabular):
     """The results of all cases compared."""
 
     cases: tuple[CaseResult, ...]
@@ -192,12 +190,10 @@ class Comparison:
         """Return one row for each design of each case."""
         return [row for case in self.cases for row in case.rows()]
 
-    def _repr_html_(self) -> str:
-        return table_html(self.rows(), "designs judged on the truth")
-
-    def to_frame(self) -> DataFrame:
-        """Return the rows as a pandas data frame."""
-        return to_frame(self.rows())
+    @property
+    def caption(self) -> str:
+        """What the rows are."""
+        return "designs judged on the truth"
 
 
 def compare(cases: Iterable[Case], progress: Progress | None = None) -> Comparison:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
+from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl.basis import Combined
 from slewctl.compare.case import Case
 from slewctl.compare.design_model import DesignModel
@@ -78,7 +78,7 @@ class Rung:
 
 
 @dataclass(frozen=True, eq=False)
-class Ladder:
+class Ladder(Tabular):
     """What becomes of one design as more modes of the truth are let in.
 
     Attributes
@@ -107,12 +107,10 @@ class Ladder:
         names = ("modes", "frequency_hz", "stable", "gain_db", "phase_deg", "disk", "loss")
         return [{name: getattr(rung, name) for name in names} for rung in self.rungs]
 
-    def _repr_html_(self) -> str:
-        return table_html(self.rows(), str(self))
-
-    def to_frame(self) -> DataFrame:
-        """Return the rungs as a pandas data frame."""
-        return to_frame(self.rows())
+    @property
+    def caption(self) -> str:
+        """What became of the design."""
+        return str(self)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw gain and phase margin over the number of modes let in; unstable rungs are gaps.

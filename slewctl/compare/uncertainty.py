@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
-from slewctl._show import DataFrame, table_html, to_frame
+from slewctl._show import Tabular, table_html
 from slewctl._types import Array
 from slewctl.arm import Arm, vary
 from slewctl.compare.case import Case
@@ -101,7 +101,7 @@ class VariedArm:
 
 
 @dataclass(frozen=True, eq=False)
-class WorstCase:
+class WorstCase(Tabular):
     """The worst arm found in a box.
 
     Attributes
@@ -153,10 +153,6 @@ class WorstCase:
         worst = [{"arm": varied, "stable": self.stable, self.quantity: self.value,
                   "at a corner": self.at_corner}]  # fmt: skip
         return table_html(worst, f"the worst of {self.tried} arms")
-
-    def to_frame(self) -> DataFrame:
-        """Return all arms tried as a pandas data frame."""
-        return to_frame(self.rows())
 
     @property
     def tried(self) -> int:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import control
 import numpy as np
 
-from slewctl._show import DataFrame, table_html, to_frame
+from slewctl._show import Tabular
 from slewctl._types import Array
 from slewctl.errors import InputError, check_number
 from slewctl.loop import perturbation
@@ -70,7 +70,7 @@ class Crossing:
 
 
 @dataclass(frozen=True)
-class Margins:
+class Margins(Tabular):
     """Margins of a stable loop under negative feedback.
 
     Attributes
@@ -126,12 +126,10 @@ class Margins:
             for crossing in [getattr(self, name)]
         ]
 
-    def _repr_html_(self) -> str:
-        return table_html(self.rows(), "" if self.confirmed else "NOT confirmed")
-
-    def to_frame(self) -> DataFrame:
-        """Return the rows as a pandas data frame."""
-        return to_frame(self.rows())
+    @property
+    def caption(self) -> str:
+        """Whether closed-loop poles doubt the margins."""
+        return "" if self.confirmed else "NOT confirmed"
 
     @property
     def smaller_gain_db(self) -> Crossing:
