@@ -5,6 +5,7 @@ import sys
 from io import TextIOWrapper
 
 import click
+from threadpoolctl import threadpool_limits
 
 from slewctl.cli.commands import cli
 from slewctl.cli.terminal import ERR
@@ -20,7 +21,10 @@ def main() -> None:
         if isinstance(stream, TextIOWrapper):  # a terminal without N·m shows an escape instead
             stream.reconfigure(errors="backslashreplace")
     try:
-        status = cli.main(prog_name="slewctl", standalone_mode=False)
+        # On matrices this small more threads only wait for each other, and the last digits of
+        # a report would depend on their number.
+        with threadpool_limits(1):
+            status = cli.main(prog_name="slewctl", standalone_mode=False)
     except click.ClickException as error:
         error.show()
         sys.exit(BAD_INPUT)

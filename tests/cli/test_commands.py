@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 import subprocess
 import sys
@@ -192,3 +193,13 @@ def test_brackets_in_names_are_no_markup(design: Path, tmp_path: Path) -> None:
     assert checked.returncode == 0, checked.stderr
     assert "[red]x[b]" in checked.stdout
     assert "link [/A] 2" in slewctl("modes", odd, "-n", "1").stdout
+
+
+@pytest.mark.slow
+def test_reports_do_not_depend_on_the_number_of_threads(design: Path, tmp_path: Path) -> None:
+    for threads in ("1", "2"):
+        environment = {**os.environ, "OMP_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": threads}
+        command = [sys.executable, "-m", "slewctl", "compare", design, "--out", tmp_path / threads]
+        subprocess.run(command, env=environment, check=True, capture_output=True)
+    for path in (tmp_path / "1").iterdir():
+        assert path.read_bytes() == (tmp_path / "2" / path.name).read_bytes(), path.name
