@@ -46,7 +46,7 @@ class Duel:
         Its value.
     first_wins, second_wins, draws : int
         A stable design beats an unstable one, a smaller cost one that is more than a percent
-        larger.
+        larger; two unstable designs are a draw.
     """
 
     first: str
@@ -116,6 +116,7 @@ class GapScore:
     Attributes
     ----------
     designs, stable : int
+        Stable: on the truth, to which the gap is measured.
     certified : int
         Designs whose margin b(P, C) is larger than the gap: stable for certain.
     refuted : int
@@ -139,7 +140,7 @@ class Answer:
     Attributes
     ----------
     sentences : tuple of str
-        Three of them, with numbers.
+        Up to three, by what was tried.
     duels : tuple of Duel
         Every pair of bases, at each hub ratio.
     elsewhere : tuple of Duel
@@ -175,14 +176,18 @@ def answer(rows: Sequence[Row]) -> Answer:
     pairs = list(combinations(bases, 2))
     duels = tuple(d for a, b in pairs for d in along(rows, a, b, HUB))
     optimal = [row for row in rows if row["method"] in OPTIMAL]
-    shares = tuple(share(optimal, basis) for basis in bases) if optimal else ()
-    papers = PAPERS if PAPERS in pairs else None
+    judged = {row["basis"] for row in optimal}
+    shares = tuple(share(optimal, basis) for basis in bases if basis in judged)
+    papers = PAPERS if pairs_of(rows, *PAPERS) else None
     return Answer(
         sentences=tuple(_sentences(rows, papers, shares)),
         duels=duels,
-        elsewhere=tuple(d for axis in OTHER_AXES for d in along(rows, *papers, axis))
-        if papers
-        else (),
+        elsewhere=tuple(
+            d
+            for axis in OTHER_AXES
+            if len({row[axis] for pair in pairs_of(rows, *PAPERS) for row in pair}) > 1
+            for d in along(rows, *PAPERS, axis)
+        ),
         reductions=tuple(d for a, b in product(bases, reductions) for d in along(rows, a, b, "n")),
         shares=shares,
         lost=tuple(_lost(rows, basis) for basis in (*bases, *reductions)),
@@ -219,11 +224,9 @@ def duel(
 
 
 def along(rows: Sequence[Row], first: str, second: str, axis: str) -> list[Duel]:
-    """Return the duels at each value of an axis at which there are pairs; none for one value."""
+    """Return the duels at each value of an axis at which there are pairs."""
     found = pairs_of(rows, first, second)
     values = sorted({a[axis] for a, _ in found})
-    if len(values) < 2 and axis != HUB:
-        return []
     both = [row for pair in found for row in pair]
     return [duel(both, first, second, axis, value) for value in values]
 
@@ -284,7 +287,8 @@ def _gap_score(rows: Iterable[Row]) -> GapScore | None:
     known = [row for row in rows if row["nu_gap"] is not None]
     if not known:
         return None
-    holds = np.array([stable(row) for row in known])
+    # The gap is to the truth itself; of one with twice the modes the theorem says nothing.
+    holds = np.array([row["outcome"] == "stable" for row in known])
     gap = np.array([row["nu_gap"] for row in known])
     margin = np.array([row["generalised_margin"] for row in known])
     # A design that is unstable on its own model has no margin at all.

@@ -30,7 +30,7 @@ from slewctl.compare.grid import (
 from slewctl.compare.study_result import StudyResult
 from slewctl.compare.sweep import Piece, Row, rows, sweep
 from slewctl.design import Controller
-from slewctl.errors import SlewctlError
+from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.loop import Loop, PlantGraph, close, gap_between, plant_graph, stability_margin_bpc
 from slewctl.model import total_inertia, truth
 from slewctl.plant import generalised_plant
@@ -243,6 +243,13 @@ def place_of(arm: Arm, bandwidth: float, sensors: tuple[str, ...], truth_modes: 
     slew = slew_of(arm, bandwidth)
     judge = Judge(Case("study", arm, objective, slew=slew, truth_modes=truth_modes))
     finer = Judge(Case("study", arm, objective, truth_modes=2 * truth_modes))
+    for optimal in (judge.optimal, finer.optimal):
+        if not optimal.certificate.verified:
+            raise AccuracyError(
+                f"the optimum to compare with is {optimal.certificate}",
+                where="study",
+                remedy="use a milder bandwidth",
+            )
     return Place(judge, bandwidth, finer.optimal.h2_cost / judge.optimal.h2_cost - 1)
 
 

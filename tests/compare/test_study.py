@@ -213,6 +213,31 @@ def test_no_good_design_is_no_recommendation() -> None:
     assert answer([]).sentences == ("No design could be made; the rows say why.",)
 
 
+def test_bases_that_share_no_setting_or_method_are_told_apart_without_a_crash() -> None:
+    apart = [invented("clamped-free", 0.0, 2, 0.1), invented("slewing", 0.0, 3, 0.1)]
+    found = answer(apart)
+    assert found.duels == found.elsewhere == ()
+    assert not any("pairs" in sentence for sentence in found.sentences)
+    other = [invented("clamped-free", 0.0, 2, 0.01),
+             invented("slewing", 0.0, 2, 0.01) | {"method": "pd-notch"}]  # fmt: skip
+    assert [share.basis for share in answer(other).shares] == ["clamped-free"]
+
+
+def test_the_gap_is_held_against_the_truth_that_it_is_measured_to() -> None:
+    row = invented("slewing", 0.0, 2, 0.1) | {"stable_on_twice": False, "generalised_margin": 0.3}
+    gap = answer([row]).gap
+    assert gap is not None
+    assert (gap.stable, gap.certified, gap.refuted) == (1, 1, 0)
+
+
+@pytest.mark.filterwarnings("ignore:Input:RuntimeWarning")  # scipy doubts it as well
+def test_an_optimum_that_is_not_verified_is_no_yardstick() -> None:
+    setting = replace(SETTING, hub_ratio=0.1, payload_ratio=0.0, bandwidth=1e-8)
+    (row,) = evaluate_point(Work(PAPER, 8, Point(setting, "clamped-free", 2, "lqg")))
+    assert row["outcome"] == "no design"
+    assert "the optimum to compare with is NOT verified" in str(row["reason"])
+
+
 def test_settings_beyond_double_precision_are_rows_with_a_reason() -> None:
     for setting in (replace(SETTING, hub_ratio=1e300), replace(SETTING, bandwidth=1e-300)):
         (row,) = evaluate_point(Work(PAPER, 6, Point(setting, "slewing", 1, "lqg")))
@@ -249,6 +274,7 @@ def test_a_reduction_is_counted_against_every_basis() -> None:
             (("slewing", 0.1), ("arm-matched", 0.001), ("balanced-truncation", 0.002))]  # fmt: skip
     found = answer(rows)
     assert {(d.first, d.second) for d in found.duels} == {("slewing", "arm-matched")}
+    assert len(answer(rows[:3]).reductions) == 2  # one order is enough
     results = {(d.first, d.value): (d.first_wins, d.draws, d.second_wins) for d in found.reductions}
     assert results == {
         ("slewing", 1): (0, 0, 1), ("slewing", 2): (0, 0, 1),
