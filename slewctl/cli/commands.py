@@ -79,7 +79,7 @@ def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
 
 
 def _rung_cells(rung: Rung) -> tuple[str, ...]:
-    """Return margins and loss of a rung, or which pole or mode is lost."""
+    """Return margins and loss of a rung, or the frequency that grows."""
     if not rung.stable:
         return (f"unstable at {rung.unstable_hz[0]:.4g} Hz", "", "", "")
     figures = (rung.gain_db, rung.phase_deg, rung.disk, 100 * (rung.loss or 0.0))

@@ -13,7 +13,7 @@ import numpy as np
 from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl.arm import Arm
 from slewctl.basis import NAMES
-from slewctl.compare.answer import GOOD, percent, stable
+from slewctl.compare.answer import GOOD, good, percent, stable
 from slewctl.compare.grid import check_sensors, omega_of
 from slewctl.compare.points import design_row
 from slewctl.errors import DesignError
@@ -134,9 +134,9 @@ class Recommendation:
         return _limit([t for t in self.trials if (t.basis, t.n) == (basis, n)])
 
 
-def count_trials(bases: Sequence[str] = NAMES) -> int:
+def count_trials() -> int:
     """Return how many times `recommend` calls `progress`."""
-    return len(bases) * len(ORDERS) * len(BANDWIDTHS)
+    return len(NAMES) * len(ORDERS) * len(BANDWIDTHS)
 
 
 def recommend(
@@ -192,10 +192,8 @@ def recommend(
 
 
 def _trial(basis: str, n: int, bandwidth: float, hertz: float, row: dict[str, Any]) -> Trial:
-    holds = row["outcome"] != "no design" and stable(row)
     accepted = bool(
-        holds
-        and row["loss"] <= GOOD
+        good(row)
         and row["gain_margin_db"] >= LEAST_GAIN_DB
         and row["phase_margin_deg"] >= LEAST_PHASE_DEG
     )
@@ -204,10 +202,10 @@ def _trial(basis: str, n: int, bandwidth: float, hertz: float, row: dict[str, An
         n,
         bandwidth,
         hertz,
-        holds,
-        row.get("loss"),
-        row.get("gain_margin_db"),
-        row.get("phase_margin_deg"),
+        stable(row),
+        row["loss"],
+        row["gain_margin_db"],
+        row["phase_margin_deg"],
         accepted,
     )
 

@@ -23,11 +23,11 @@ GOOD = 0.05
 OPTIMAL = ("lqg", "h2-lmi")
 # Bases that are good as often as the best, to this share, are named beside it.
 _AS_OFTEN = 0.02
+# What a user of the controller feels, told as medians.
+MEDIANS = ("phase_margin_deg", "disk_margin", "settling", "residual", "peak_torque")
 # The paper's comparison, and the axes along which it is counted beside the hub's inertia.
 PAPERS = ("clamped-free", "slewing")
 HUB = "hub_ratio"
-# What a user of the controller feels, told as medians.
-MEDIANS = ("phase_margin_deg", "disk_margin", "settling", "residual", "peak_torque")
 OTHER_AXES = ("payload_ratio", "damping_ratio", "bandwidth", "sensors", "method", "n")
 
 Row = Mapping[str, Any]
@@ -179,15 +179,11 @@ def answer(rows: Sequence[Row]) -> Answer:
     judged = {row["basis"] for row in optimal}
     shares = tuple(share(optimal, basis) for basis in bases if basis in judged)
     papers = PAPERS if pairs_of(rows, *PAPERS) else None
+    elsewhere = [along(rows, *PAPERS, axis) for axis in OTHER_AXES]
     return Answer(
         sentences=tuple(_sentences(rows, papers, shares)),
         duels=duels,
-        elsewhere=tuple(
-            d
-            for axis in OTHER_AXES
-            if len({row[axis] for pair in pairs_of(rows, *PAPERS) for row in pair}) > 1
-            for d in along(rows, *PAPERS, axis)
-        ),
+        elsewhere=tuple(d for duels in elsewhere if len(duels) > 1 for d in duels),
         reductions=tuple(d for a, b in product(bases, reductions) for d in along(rows, a, b, "n")),
         shares=shares,
         lost=tuple(_lost(rows, basis) for basis in (*bases, *reductions)),
@@ -211,24 +207,24 @@ def good(row: Row) -> bool:
     return stable(row) and row["loss"] <= GOOD
 
 
-def duel(
-    rows: Iterable[Row], first: str, second: str, axis: str | None = None, value: Any = None
-) -> Duel:
-    """Return how two bases compare, at one value of an axis or at all."""
-    results = [
-        _compare(*pair)
-        for pair in pairs_of(rows, first, second)
-        if axis is None or pair[0][axis] == value
-    ]
-    return Duel(first, second, axis, value, results.count(1), results.count(-1), results.count(0))
+def duel(rows: Iterable[Row], first: str, second: str) -> Duel:
+    """Return how two bases compare over all pairs."""
+    return _counted(pairs_of(rows, first, second), None, None, first, second)
 
 
-def along(rows: Sequence[Row], first: str, second: str, axis: str) -> list[Duel]:
+def along(rows: Iterable[Row], first: str, second: str, axis: str) -> list[Duel]:
     """Return the duels at each value of an axis at which there are pairs."""
-    found = pairs_of(rows, first, second)
-    values = sorted({a[axis] for a, _ in found})
-    both = [row for pair in found for row in pair]
-    return [duel(both, first, second, axis, value) for value in values]
+    groups: dict[Any, list[tuple[Row, Row]]] = {}
+    for pair in pairs_of(rows, first, second):
+        groups.setdefault(pair[0][axis], []).append(pair)
+    return [_counted(groups[value], axis, value, first, second) for value in sorted(groups)]
+
+
+def _counted(
+    pairs: Iterable[tuple[Row, Row]], axis: str | None, value: Any, first: str, second: str
+) -> Duel:
+    results = [_compare(*pair) for pair in pairs]
+    return Duel(first, second, axis, value, results.count(1), results.count(-1), results.count(0))
 
 
 def pairs_of(rows: Iterable[Row], first: str, second: str) -> list[tuple[Row, Row]]:

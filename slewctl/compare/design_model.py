@@ -115,16 +115,21 @@ def design_model(truth: Truth, objective: Objective, source: str, n: int) -> Des
     if source in NAMES:
         model = _assembled(truth.arm, source, n)
         return DesignModel(source, n, generalised_plant(model, objective), model)
-    if check_count(n, "n") >= truth.modes:
-        raise InputError(
-            f"the truth has {truth.modes} modes, there is nothing to reduce",
-            where="n",
-            remedy=f"give at most {truth.modes - 1}",
-        )
+    check_reducible(truth.modes, n, "n")
     reduced = REDUCTIONS[source](generalised_plant(truth, objective), n)
     if reduced.plant is None:
         raise TypeError("a reduced generalised plant is one again")
     return DesignModel(source, n, reduced.plant, None, reduced)
+
+
+def check_reducible(modes: int, n: int, where: str) -> None:
+    """Refuse an n to which a truth of so many modes cannot be reduced."""
+    if check_count(n, where) >= modes:
+        raise InputError(
+            f"the truth has {modes} modes, there is nothing to reduce",
+            where=where,
+            remedy=f"give at most {modes - 1}",
+        )
 
 
 @lru_cache(maxsize=64)

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 from slewctl._show import DataFrame, table_html, to_frame
 from slewctl.compare.case import Case
-from slewctl.compare.design_model import REDUCTIONS, SOURCES
+from slewctl.compare.design_model import REDUCTIONS, SOURCES, check_reducible
 from slewctl.compare.evaluation import Judge
-from slewctl.errors import InputError, SlewctlError, check_count
+from slewctl.errors import SlewctlError
 from slewctl.loop import Margins, close
 
 
@@ -124,12 +124,7 @@ def compare_reductions(case: Case, order: int) -> Reductions:
         If the case's objective admits no optimal controller on the truth.
     """
     judge = Judge(case)
-    if check_count(order, "order") >= case.truth_modes:
-        raise InputError(
-            f"the truth has {case.truth_modes} modes, there is nothing to reduce",
-            where="order",
-            remedy=f"give an order below {case.truth_modes}",
-        )
+    check_reducible(case.truth_modes, order, "order")
     rows = tuple(_row(judge, name, order) for name in SOURCES)
     return Reductions(case.name, order, case.method, judge.optimal.h2_cost, judge.truth.modes, rows)
 

@@ -1,7 +1,7 @@
 """Less text for the same picture: SVG as matplotlib writes it, made a third as long.
 
-Every step leaves what is drawn as it is, but for the rounding of coordinates to a tenth of
-a point, which is finer than a reader sees.
+Every step leaves what is drawn as it is, but for coordinates, of which a tenth of a point is
+kept: finer than a reader sees.
 """
 
 from __future__ import annotations
