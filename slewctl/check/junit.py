@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from slewctl.check.result import DesignResult, Finding
-from slewctl.check.words import sentence, title
+from slewctl.check.words import GONE, sentence, title
 
 # What XML 1.0 cannot hold, not even escaped.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -37,6 +37,9 @@ def _suite(result: DesignResult) -> ET.Element:
     if result.error:
         case = _case(suite, result, "can be judged", result.error_line)
         ET.SubElement(case, "error", message=_clean(result.error))
+    elif result.missing:
+        case = _case(suite, result, "in the baseline", None)
+        ET.SubElement(case, "failure", message=GONE, type="baseline").text = GONE
     elif result.unchanged:
         case = _case(suite, result, "unchanged", None)
         ET.SubElement(case, "skipped", message="unchanged since the last accepted run")

@@ -14,6 +14,7 @@ from slewctl.cli.options import OUT_FOLDER, PARQUET
 from slewctl.cli.study import recommend_command, study_command
 from slewctl.cli.terminal import OUT, progress, show
 from slewctl.compare import Rung, compare, count_designs, spillover_ladder
+from slewctl.compare.ladder import TOLD
 from slewctl.files import find_arm, read_design, read_designs
 from slewctl.model import BOUNDARIES, assemble, frequencies, truth
 from slewctl.paper import PARTS, reproduce
@@ -70,7 +71,7 @@ def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
     Says at which number of modes the loop is lost, and which mode is lost first.
     """
     ladder = spillover_ladder(read_design(design).case, basis, n)
-    table = Table("modes N", "up to (Hz)", "gain up (dB)", "phase (deg)", "disk", "lost (%)",
+    table = Table("modes N", "up to (Hz)", "gain (dB)", "phase (deg)", "disk", "lost (%)",
                   box=None)  # fmt: skip
     for rung in ladder.rungs:
         table.add_row(str(rung.modes), f"{rung.frequency_hz:.5g}", *_rung_cells(rung))
@@ -81,9 +82,9 @@ def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
 def _rung_cells(rung: Rung) -> tuple[str, ...]:
     """Return margins and loss of a rung, or the frequency that grows."""
     if not rung.stable:
-        return (f"unstable at {rung.unstable_hz[0]:.4g} Hz", "", "", "")
-    figures = (rung.gain_db, rung.phase_deg, rung.disk, 100 * (rung.loss or 0.0))
-    return tuple(f"{figure:.4g}" for figure in figures)
+        return (f"unstable at {rung.judgement.unstable_hz[0]:.4g} Hz", "", "", "")
+    *margins, loss = (rung.value(name) or 0.0 for name in TOLD)
+    return tuple(f"{figure:.4g}" for figure in (*margins, 100 * loss))
 
 
 @cli.command("modes")
