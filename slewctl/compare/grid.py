@@ -201,7 +201,7 @@ class Study:
     truth_modes: int = 20
 
     def __post_init__(self) -> None:
-        most = MOST_TRUTH_MODES // 2  # twice as many judge again
+        most = MOST_TRUTH_MODES
         if check_count(self.truth_modes, "truth.modes") > most:
             raise InputError(
                 f"a truth of {shown(self.truth_modes)} modes for each design takes too long",

@@ -37,9 +37,14 @@ from slewctl.loop import Loop, PlantGraph, gap_between, plant_graph, stability_m
 from slewctl.model import total_inertia
 from slewctl.plant import generalised_plant
 
-# Left out of a row: the same in decibels, what a loss says better, and what not every arm has.
+# Left out of a row: the same in decibels, and what has no size without units.  The noise of a
+# study is known up to a factor only, so that cost and levels under noise say nothing.
 _LEFT_OUT = ("stable", "h2_cost", "sensitivity_peak_db", "complementary_peak_db")
-_MEASURED = tuple(q for q in QUANTITIES.values() if q.name not in _LEFT_OUT and q.unit != "V")
+_MEASURED = tuple(
+    q
+    for q in QUANTITIES.values()
+    if q.name not in _LEFT_OUT and q.kind != "noise" and q.unit != "V"
+)
 
 
 def column(quantity: Quantity) -> str:

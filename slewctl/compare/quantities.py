@@ -307,23 +307,23 @@ _LIST = (
         lambda m: m.disk,
     ),
     Quantity(
-        "sensitivity_peak", "", "Ms", "smaller", "largest |S|, S = 1/(1 + L)", "sensitivity", _ms
+        "sensitivity_peak", "", "Ms", "smaller", "largest gain of S = 1/(1 + L)", "sensitivity", _ms
     ),
     Quantity(
-        "sensitivity_peak_db", "dB", "Ms", "smaller", "largest |S| in decibels", "sensitivity",
+        "sensitivity_peak_db", "dB", "Ms", "smaller", "largest gain of S in decibels", "sensitivity",
         lambda judgement: _decibels(_ms(judgement)),
     ),
     Quantity(
-        "complementary_peak", "", "Mt", "smaller", "largest |T|, T = L/(1 + L)", "sensitivity",
+        "complementary_peak", "", "Mt", "smaller", "largest gain of T = L/(1 + L)", "sensitivity",
         _complementary,
     ),
     Quantity(
-        "complementary_peak_db", "dB", "Mt", "smaller", "largest |T| in decibels", "sensitivity",
+        "complementary_peak_db", "dB", "Mt", "smaller", "largest gain of T in decibels", "sensitivity",
         lambda judgement: _decibels(_complementary(judgement)),
     ),
     Quantity(
-        "bandwidth_hz", "Hz", "f_B", "greater",
-        "frequency at which |S| first rises through 1/√2", "sensitivity", _bandwidth,
+        "closed_loop_bandwidth_hz", "Hz", "f_B", "greater",
+        "frequency at which the gain of S first rises through 1/√2", "sensitivity", _bandwidth,
         infinite="|S| never rises through 1/√2", scale="rate",
     ),
     Quantity(
