@@ -33,6 +33,8 @@ from slewctl import (
 from slewctl.arm import Motor
 from slewctl.errors import AccuracyError, InputError
 from slewctl.loop import SlewSummary
+from slewctl.loop.continuous_motion import tracking_system
+from slewctl.loop.decoupled import decoupled
 
 MOTOR = Motor(2.0, 0.05, 0.05, gear_ratio=20.0, gear_efficiency=0.9, motor_efficiency=0.8)
 VOLTAGE = Objective({"tip": 0.1, "voltage": 10.0}, TWO_SENSORS.noise)
@@ -169,15 +171,26 @@ def test_voltage_that_a_held_torque_needs_has_its_peak_between_the_samples() -> 
     assert found.summary.peak_voltage > np.abs(at_samples).max() * 1.01
 
 
-@pytest.mark.parametrize("gain", [1.0, 30.0])
-def test_critically_damped_loop(gain: float) -> None:
-    """On a nearly rigid arm PD with rate² = 4·gain·J: a double pole with one eigenvector."""
-    model = assemble(uniform_arm(stiffness=1e4, damping_ratio=0.02), ClampedFree(1))
-    rate = 2 * np.sqrt(gain * model.mass[0, 0])
+def pd_loop(gain: float, rate: float) -> Loop:
     pd = control.StateSpace(
         [], [], [], [[-gain, -rate]], inputs=["theta", "theta_dot"], outputs=["torque"]
     )
-    assert_agrees(close(model, TWO_SENSORS, pd), Slew(30.0, 0.5), 40.0, 400_000, 1e-3)
+    model = assemble(uniform_arm(stiffness=1e4, damping_ratio=0.02), ClampedFree(1))
+    return close(model, TWO_SENSORS, pd)
+
+
+@pytest.mark.parametrize("gain", [1.0, 30.0])
+def test_critically_damped_loop(gain: float) -> None:
+    """The rate feedback at which two poles meet: they have one eigenvector."""
+    low, high = 0.5, 100.0
+    for _ in range(60):
+        rate = (low + high) / 2
+        oscillates = pd_loop(gain, rate).poles[0].imag != 0
+        low, high = (rate, high) if oscillates else (low, rate)
+    loop = pd_loop(gain, rate)
+    assert abs(loop.poles[1] - loop.poles[0]) < 1e-6 * abs(loop.poles[0])
+    assert decoupled(np.asarray(tracking_system(loop).A)).blocks
+    assert_agrees(loop, Slew(30.0, 0.5), 40.0, 400_000, 1e-3)
 
 
 @pytest.mark.parametrize("T", [0.0, 0.02])
