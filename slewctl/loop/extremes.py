@@ -22,9 +22,10 @@ _PRECISION = 1e-10
 # An interval is cut into so many parts at least and at most; about so many are made at once.
 _FEWEST, _MANIEST, _AT_ONCE = 4, 32, 64
 # So many are looked at together, to spare memory, and for one slew.
-_TOGETHER, _MOST = 4096, 1_000_000
+_TOGETHER, _MOST = 4096, 2_000_000
 # A motion and where a search first cuts its pieces, in s after their starts, shape (k, cuts)
-# for k signals that are searched, or (1, cuts) for all of them.
+# for k signals that are searched, or (1, cuts) for all of them; one whose cuts decrease is
+# not searched.
 Part = tuple[Motion, Array]
 
 

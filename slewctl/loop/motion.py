@@ -20,6 +20,8 @@ from scipy.linalg import expm, solve_triangular
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.loop.decoupled import Decoupled
 
+# Each piece is bounded in so many parts.
+_SLICES = 8
 Values = TypeVar("Values", Array, ComplexArray)
 # A power series of modes that turn by less than one radian: 1/20! is less than 1e-18.
 _TERMS = 20
@@ -197,8 +199,16 @@ class Motion:
             (np.abs(bend) + g * third.sum(axis=1)) * g**2,
         )
 
-    def sizes(self) -> Array:
+    def bounds(self) -> Array:
         """Bound each signal over each piece of finite length, shape (p, signals)."""
+        shape = (len(self.starts), len(self.rows), _SLICES)
+        piece, signal, part = (index.ravel() for index in np.indices(shape))
+        half = np.full(len(part), self.length / _SLICES / 2)
+        seen = self.seen(signal, piece, (2 * part + 1) * half, half)
+        return np.asarray((np.abs(seen.followed) + seen.spread).reshape(shape).max(axis=2))
+
+    def sizes(self) -> Array:
+        """Return the sum of the sizes of all terms of each signal in each piece."""
         found = np.abs(self.polynomials).sum(axis=2)
         growth = np.exp(np.maximum(self.rates.real, 0) * self.length)
         found = found + (np.abs(self.amplitudes) * growth) @ np.abs(self.rows).T

@@ -83,7 +83,9 @@ class SampledMotion:
         held = self._computed @ self._end + added[-1]
         self.final = self._outputs @ self._end[:size] + self._through * held
         self._made: dict[int, list[Part]] = {}
+        # The first stretch is about as long as the slew; then they double, up to the longest.
         self._width = min(max(turned, _FEWEST), _MANIEST)
+        self._doublings = math.floor(math.log2(_MANIEST / self._width))
         self.turning = [
             self._pieces(self._states[k], k)
             for k in np.array_split(np.arange(turned), -(-turned // _MANIEST))
@@ -105,16 +107,19 @@ class SampledMotion:
     ) -> Iterator[list[Part]]:
         """Yield the motion after the slew, in stretches of many samples."""
 
-        def until() -> int:
+        def until() -> IntArray:
+            """Return how many stretches each signal needs."""
             pairs = zip(signals, margins(), strict=True)
-            return math.floor(max(self._decayed(*pair) for pair in pairs) / self._width) + 1
+            return np.array([self._stretches(self._decayed(*pair)) for pair in pairs])
 
         if backwards:
-            yield from map(self._stretch, reversed(range(until())))
+            yield from map(self._stretch, reversed(range(until().max())))
             return
         k = 0
-        while k < until():
-            yield self._stretch(k)
+        while np.any(awaited := until() > k):
+            # No interval of a signal that has decayed: its cuts run backwards.
+            sign = np.where(awaited, 1.0, -1.0)[:, None]
+            yield [(motion, sign * cuts) for motion, cuts in self._stretch(k)]
             k += 1
 
     def _decayed(self, signal: int, margin: float) -> float:
@@ -142,17 +147,30 @@ class SampledMotion:
         """Bound the signals over a sample that starts with each column, shape (k, signals)."""
         both = np.concatenate([columns.real.T, columns.imag.T])
         none = np.zeros(len(both))
-        parts = [motion.sizes() for motion, _ in self._moved(both, none, none)]
+        parts = [motion.bounds() for motion, _ in self._moved(both, none, none)]
         largest = np.maximum.reduce(parts)
-        return np.asarray(largest[: columns.shape[1]] + largest[columns.shape[1] :])
+        return np.hypot(largest[: columns.shape[1]], largest[columns.shape[1] :])
+
+    def _first(self, k: int) -> int:
+        """Return the first sample after the slew of the k-th stretch."""
+        early = min(k, self._doublings)
+        return self._width * (2**early * (1 + k - early) - 1)
+
+    def _stretches(self, samples: float) -> int:
+        """Return how many stretches hold so many samples."""
+        early = math.ceil(math.log2(samples / self._width + 1))
+        if early <= self._doublings:
+            return max(early, 1)
+        longest = self._width * 2**self._doublings
+        return self._doublings + math.ceil((samples - self._first(self._doublings)) / longest)
 
     def _stretch(self, k: int) -> list[Part]:
         """Return the k-th stretch of samples after the slew."""
         if k in self._made:
             return self._made[k]
-        first = k * self._width
-        samples = len(self._added) - 1 + first + np.arange(self._width)
-        made = self._pieces(self._resting(first, 1, self._width), samples)
+        first, count = self._first(k), self._first(k + 1) - self._first(k)
+        samples = len(self._added) - 1 + first + np.arange(count)
+        made = self._pieces(self._resting(first, 1, count), samples)
         if k < _KEPT:
             self._made[k] = made
         return made
