@@ -20,7 +20,6 @@ from slewctl.plant import state_space
 _TURNING = np.linspace(0.0, 1.0, 33)
 # … and what follows, in fractions of the time until nothing more can happen.
 _RESTING = np.concatenate([[0.0], np.exp2(np.arange(-30.0, 1.0))])
-
 # Part of the travel that rounding may take from the tip.
 _LOST = 1e-6
 

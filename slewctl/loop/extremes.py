@@ -57,7 +57,7 @@ class Sought:
         away, sense = value - self.offset[which], self.sense[which]
         return np.where(sense == 0, np.abs(away), sense * away)
 
-    def finally_(self, moved: SlewMotion) -> Array:
+    def at_rest(self, moved: SlewMotion) -> Array:
         """Return what the measures tend to."""
         return self.measure(np.arange(len(self.signal)), moved.final[self.signal])
 
@@ -142,7 +142,7 @@ class Search:
 
     def highest(self, moved: SlewMotion, sought: Sought) -> Array:
         """Return the suprema of the measures over all times."""
-        last = sought.finally_(moved)
+        last = sought.at_rest(moved)
         best = last.copy()
 
         def margins() -> Array:
@@ -155,7 +155,7 @@ class Search:
 
     def last_outside(self, moved: SlewMotion, sought: Sought, level: float) -> float:
         """Return the last time at which a measure exceeds `level`; infinite if there is none."""
-        last = sought.finally_(moved)
+        last = sought.at_rest(moved)
         if last[0] > level:
             return np.inf
         room = np.maximum(level - last, sought.floor)

@@ -18,15 +18,18 @@ import numpy as np
 from scipy.linalg import expm, solve_triangular
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
+from slewctl.errors import AccuracyError
 from slewctl.loop.decoupled import Decoupled
 
-# Each piece is bounded in so many parts.
-_SLICES = 8
 Values = TypeVar("Values", Array, ComplexArray)
+# What a state matrix, or its inverse, does to arrays of states.
+Linear = Callable[[Any], Any]
 # A power series of modes that turn by less than one radian: 1/20! is less than 1e-18.
 _TERMS = 20
 # Up to this turn in half an interval a mode is followed by its value and slope.
 _FOLLOWED = 1.0
+# Each piece is bounded in so many parts.
+_SLICES = 8
 
 
 class Swinging(NamedTuple):
@@ -235,14 +238,25 @@ def decayed(parts: Sequence[tuple[float, float, float, int]], margin: float) -> 
     Parameters
     ----------
     parts : sequence of (size, decay, coupling, order)
-        Decays are negative; j is less than the order.
+        j is less than the order.
     margin : float
         Positive.
+
+    Raises
+    ------
+    AccuracyError
+        If something does not decay.
     """
     latest, share = 0.0, math.log(max(margin, np.finfo(float).tiny)) - math.log(len(parts) or 1)
     for size, decay, coupling, order in parts:
         if size == 0:
             continue
+        if not decay < 0:
+            raise AccuracyError(
+                "a motion of the loop does not decay, to working precision",
+                where="slew",
+                remedy="damp it more",
+            )
         # From the first of these times on every term falls.
         above = math.log(size) - share
         t = max((order - 1) / -decay, above / -decay)
@@ -353,9 +367,6 @@ def driven(
         rows[:, ~slow],
         tuple(blocks),
     )
-
-
-Linear = Callable[[Any], Any]
 
 
 def _series(

@@ -242,7 +242,7 @@ def _given(loop: SampledLoop, slew: Slew) -> Array:
             where="slew.duration_s",
             remedy="make it shorter, or sample more slowly",
         )
-    instants = T * np.arange(math.ceil(turned) + 2.0)
+    instants = T * np.arange(max(math.ceil(turned), 1) + 2.0)
     inputs = told(loop)
     # Each input acts from one of these times to the next.
     angle, rate, _ = slew.reference(loop.controller.delay + instants)
