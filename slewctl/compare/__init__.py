@@ -13,6 +13,7 @@ from slewctl.compare.comparison import (
     compare,
     count_designs,
 )
+from slewctl.compare.dask_cluster import dask_cluster
 from slewctl.compare.design_model import REDUCTIONS, SOURCES, DesignModel, design_model
 from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
 from slewctl.compare.evaluation import Evaluation, FinerVerdict, Judge, Outcome, evaluate
@@ -20,8 +21,9 @@ from slewctl.compare.grid import Grid, Point, Setting, Study, count_points
 from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
 from slewctl.compare.points import COLUMNS, Work, evaluate_point, run_study
 from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
+from slewctl.compare.results_file import rows
 from slewctl.compare.study_result import StudyResult, StudySlice
-from slewctl.compare.sweep import Piece, WorkerDiedError, rows, sweep
+from slewctl.compare.sweep import Piece, WorkerDiedError, sweep
 from slewctl.compare.uncertainty import VariedArm, WorstCase, worst_case
 
 __all__ = [
@@ -71,6 +73,7 @@ __all__ = [
     "count_designs",
     "count_points",
     "count_trials",
+    "dask_cluster",
     "design_model",
     "destabilised_mode",
     "evaluate",

@@ -27,8 +27,9 @@ from slewctl.compare.grid import (
     reading_units,
     slew_of,
 )
+from slewctl.compare.results_file import Notice, Row, rows
 from slewctl.compare.study_result import StudyResult
-from slewctl.compare.sweep import Piece, Row, rows, sweep
+from slewctl.compare.sweep import Piece, sweep
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.loop import Loop, PlantGraph, close, gap_between, plant_graph, stability_margin_bpc
@@ -81,6 +82,7 @@ def run_study(
     workers: int | None = None,
     resume: bool = False,
     progress: Callable[[int], None] | None = None,
+    notice: Notice | None = None,
 ) -> StudyResult:
     """Try every point of a study; see `sweep` for the parameters and errors."""
 
@@ -90,7 +92,7 @@ def run_study(
 
     sweep(
         evaluate_point, pieces(), results, stamp=stamp, executor=executor, workers=workers,
-        resume=resume, progress=progress,
+        resume=resume, progress=progress, notice=notice,
     )  # fmt: skip
     return StudyResult(study, rows(results))
 
