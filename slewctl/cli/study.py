@@ -49,14 +49,14 @@ def study_command(
     or a full disk --resume goes on from there. A line of it that is damaged is named and its
     design tried again.
     """
-    if dask and workers:
+    if dask is not None and workers:
         raise click.UsageError("--workers is for processes here; --dask has its own workers")
     study = read_study(file)
     results = out / "results.jsonl"
     with _resumable(results):
         from slewctl.report import write_study  # matplotlib is only needed here
 
-        cluster = dask_cluster(dask) if dask else nullcontext()
+        cluster = nullcontext() if dask is None else dask_cluster(dask)
         with cluster as executor, counter(count_points(study)) as step:
             result = run_study(
                 study, results, stamp=_stamp(study), executor=executor,

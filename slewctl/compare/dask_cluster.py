@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections.abc import Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
 from slewctl.compare.sweep import WorkerDiedError
 from slewctl.compare.versions import difference, versions
-from slewctl.errors import InputError
+from slewctl.errors import InputError, shown
 
 # Seconds in which a scheduler, and a first worker, must answer.
 _TIMEOUT = 10
@@ -45,7 +46,8 @@ def dask_cluster(address: str) -> Iterator[Executor]:
             "Dask is not installed", where="dask", remedy="pip install 'slewctl[dask]'"
         ) from error
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # told in our words
-    with _client(distributed, address) as client:
+    _check_address(distributed, address)
+    with distributed.Client(address, timeout=_TIMEOUT, set_as_default=False) as client:
         _check_workers(client, address)
         try:
             yield client.get_executor()
@@ -57,18 +59,29 @@ def dask_cluster(address: str) -> Iterator[Executor]:
             ) from error
 
 
-def _client(distributed: Any, address: str) -> Any:
+def _check_address(distributed: Any, address: str) -> None:
+    """Refuse an address where nothing answers: Dask's client would fail there, and not end."""
+
+    async def reach() -> None:
+        security = distributed.Security().get_connection_args("client")
+        if address.startswith(("tls:", "wss:")) and security["ssl_context"] is None:
+            raise InputError(
+                f"no certificates for {address}",
+                where="dask",
+                remedy="name them in Dask's configuration under distributed.comm.tls",
+            )
+        comm = await distributed.comm.connect(address, timeout=_TIMEOUT, **security)
+        await comm.close()
+
     try:
-        return distributed.Client(address, timeout=_TIMEOUT, set_as_default=False)
-    except TypeError as error:  # Dask's word for TLS without certificates
+        with ThreadPoolExecutor(1) as thread:  # a notebook has a loop of its own
+            thread.submit(asyncio.run, reach()).result()
+    except InputError:
+        raise
+    except (OSError, ValueError, TypeError, AssertionError) as error:
+        reason = " ".join(str(error).split())
         raise InputError(
-            f"no certificates for {address}",
-            where="dask",
-            remedy="name them in Dask's configuration under distributed.comm.tls",
-        ) from error
-    except (OSError, ValueError, AssertionError) as error:
-        raise InputError(
-            f"no Dask scheduler answers at {address}",
+            f"no Dask scheduler answers at {shown(address)}" + (f": {reason}" if reason else ""),
             where="dask",
             remedy="give its address, such as tcp://host:8786",
         ) from error
