@@ -98,7 +98,7 @@ def _resumable(results: Path) -> Iterator[None]:
             signal.signal(each, signal.SIG_IGN)
         raise _EndedError(number)
 
-    before = {n: h for n in ENDINGS if (h := signal.getsignal(n)) is not signal.SIG_IGN}
+    before = {n: h for n in ENDINGS if (h := signal.getsignal(n)) not in (signal.SIG_IGN, None)}
     for number in before:
         signal.signal(number, end)
     try:

@@ -124,8 +124,9 @@ class Grid:
                 raise InputError(
                     f"{shown(values)} is not a list of values", where=axis, remedy="give a list"
                 )
-            _check_size(len(values))
-            object.__setattr__(self, axis, tuple(values))
+        _check_size(Grid.__len__(self))  # len() itself would overflow
+        for axis in self.__dataclass_fields__:
+            object.__setattr__(self, axis, tuple(getattr(self, axis)))
         for basis in self.bases:
             check_choice(basis, SOURCES, "bases")
         for method in self.methods:
@@ -138,7 +139,6 @@ class Grid:
         object.__setattr__(self, "sensors", tuple(check_sensors(names) for names in self.sensors))
         for axis in self.__dataclass_fields__:  # a value given twice is tried once
             object.__setattr__(self, axis, tuple(dict.fromkeys(getattr(self, axis))))
-        _check_size(Grid.__len__(self))  # len() itself would overflow
 
     def points(self) -> Iterator[Point]:
         """Yield every point, those of one setting together."""

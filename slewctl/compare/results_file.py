@@ -115,7 +115,7 @@ class ResultsFile:
     Attributes
     ----------
     done : set of str
-        Keys of the pieces that were in the file when it was opened.
+        Keys of the pieces that were in the file when it was opened; the caller's to change.
     """
 
     def __init__(self, path: Path, file: FileIO, head: bytes) -> None:

@@ -113,7 +113,7 @@ def sweep(
     """
     report, tell = progress or (lambda _: None), notice or (lambda _: None)
     with results_file(results, stamp, resume=resume, notice=tell) as file:
-        unclaimed = set(file.done)
+        unclaimed = file.done
 
         def keep(piece: Piece, found: Sequence[Row]) -> None:
             file.add(piece.key, found)
