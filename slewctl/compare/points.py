@@ -29,8 +29,9 @@ from slewctl.compare.grid import (
 )
 from slewctl.compare.judgement import Judgement
 from slewctl.compare.quantities import QUANTITIES, Quantity, read
+from slewctl.compare.results_file import Notice, Row, rows
 from slewctl.compare.study_result import StudyResult
-from slewctl.compare.sweep import Piece, Row, rows, sweep
+from slewctl.compare.sweep import Piece, sweep
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.loop import Loop, PlantGraph, gap_between, plant_graph, stability_margin_bpc
@@ -91,6 +92,7 @@ def run_study(
     workers: int | None = None,
     resume: bool = False,
     progress: Callable[[int], None] | None = None,
+    notice: Notice | None = None,
 ) -> StudyResult:
     """Try every point of a study; see `sweep` for the parameters and errors."""
 
@@ -100,7 +102,7 @@ def run_study(
 
     sweep(
         evaluate_point, pieces(), results, stamp=stamp, executor=executor, workers=workers,
-        resume=resume, progress=progress,
+        resume=resume, progress=progress, notice=notice,
     )  # fmt: skip
     return StudyResult(study, rows(results))
 

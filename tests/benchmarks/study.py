@@ -33,7 +33,8 @@ from slewctl import Arm, GeneralisedPlant, Model, arms, assemble, generalised_pl
 from slewctl.basis import create
 from slewctl.compare import Grid, Piece, Point, Setting, Study, Work, evaluate_point, run_study
 from slewctl.compare.grid import arm_of, objective_of, slew_of
-from slewctl.compare.sweep import rows, sweep
+from slewctl.compare.results_file import rows
+from slewctl.compare.sweep import sweep
 from slewctl.plant import state_space
 
 ARM, TRUTH_MODES = arms.paper_beam(), 20

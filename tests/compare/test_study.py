@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ from slewctl.compare import (
     Setting,
     Study,
     Work,
+    count_points,
     evaluate_point,
     recommend,
     run_study,
@@ -105,6 +108,64 @@ def test_study_is_the_same_over_threads_and_processes(tmp_path: Path) -> None:
     losses = first.slices[0].losses("slewing")
     assert losses.shape == (2, 2)
     assert not np.isnan(losses).any()
+
+
+@st.composite
+def studies(draw: st.DrawFn) -> Study:
+    """Return a study of a few grids that overlap as they may."""
+
+    def some(values: Sequence[Any]) -> st.SearchStrategy[tuple[Any, ...]]:
+        return st.lists(st.sampled_from(values), min_size=1, max_size=5).map(tuple)
+
+    grid = st.builds(
+        Grid, bases=some(("clamped-free", "slewing")), orders=some((1, 2, 3)),
+        methods=some(("lqg", "lead")), hub_ratios=some((0.0, 0.5, 1.0)),
+        payload_ratios=some((0.0, 1.0)), bandwidths=some((0.1, 0.2)),
+        sensors=some((("theta",), ("theta", "tip"))),
+    )  # fmt: skip
+    return Study("s", "", PAPER, tuple(draw(st.lists(grid, min_size=1, max_size=5))))
+
+
+@settings(deadline=None)
+@given(studies())
+def test_points_are_counted_as_they_come(study: Study) -> None:
+    points = list(study.points())
+    assert count_points(study) == len(points) == len(set(points))
+    assert set(points) == {point for grid in study.grids for point in grid.points()}
+
+
+def test_a_large_study_is_counted_without_going_through_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ratios = [k / 7 for k in range(900)]
+    grid = Grid(("slewing",), (1,), hub_ratios=ratios, payload_ratios=ratios)
+    fewer = Grid(("slewing",), (1,), hub_ratios=ratios[:10], payload_ratios=(*ratios[:10], 1e3))
+    monkeypatch.setattr(Grid, "points", pytest.fail)
+    assert count_points(Study("s", "", PAPER, (grid, fewer))) == 900**2 + 10
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        {"hub_ratios": [k / 7 for k in range(3000)], "payload_ratios": range(3000)},
+        {"hub_ratios": range(10**12)},
+        # More than fit into what len() may return.
+        dict.fromkeys(("hub_ratios", "payload_ratios", "orders", "bandwidths"), range(1, 100_000)),
+    ],
+)
+def test_studies_without_end_are_refused(axes: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=r"designs are too many for a study; keep at most 1,000,"):
+        Grid(**axes)
+
+
+def test_many_grids_are_refused_by_their_sum_and_their_number() -> None:
+    ratios = [k / 7 for k in range(1, 800)]
+    grid = Grid(("slewing",), (1,), hub_ratios=ratios, payload_ratios=ratios)
+    other = replace(grid, bandwidths=(0.2,))
+    with pytest.raises(InputError, match="1,276,802 designs are too many"):
+        Study("s", "", PAPER, (grid, other))
+    with pytest.raises(InputError, match="101 grids are too many"):
+        Study("s", "", PAPER, (Grid(("slewing",), (1,)),) * 101)
 
 
 @pytest.fixture(scope="module")
