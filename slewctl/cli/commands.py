@@ -102,7 +102,7 @@ def modes_command(arm: str, orders: int, modes: int) -> None:
     table = Table("basis", "n", *(f"f{k} (Hz)" for k in range(1, modes + 1)), box=None)
     for basis in NAMES:
         for n in range(1, orders + 1):
-            found = assemble(chosen, create(basis, n, chosen)).frequencies_hz[:modes]
+            found = assemble(chosen, create(basis, n)).frequencies_hz[:modes]
             cells = [f"{f:.6f}" for f in found] + ["-"] * (modes - len(found))
             table.add_row(basis, str(n), *cells)
     table.add_row("truth", "", *(f"{f:.6f}" for f in exact.frequencies_hz[:modes]))

@@ -107,6 +107,7 @@ def assemble(arm: Arm, basis: Basis) -> Model:
     ----------
     arm : Arm
     basis : Basis
+        A description, such as ``HubMatched(4)``: it is matched to this arm.
 
     Returns
     -------
@@ -130,7 +131,8 @@ def assemble(arm: Arm, basis: Basis) -> Model:
         raise InputError(
             f"{shown(basis)} is not a basis", where="assemble", remedy="give one, as in Slewing(3)"
         )
-    return model_from_factors(arm, basis, factors(arm, basis))
+    matched = basis.matched_to(arm)
+    return model_from_factors(arm, matched, factors(arm, matched))
 
 
 def check_arm(arm: object, where: str) -> None:

@@ -298,7 +298,7 @@ def test_recommendation_holds_when_it_is_followed() -> None:
     for trial in chosen:
         if trial.bandwidth_hz <= advice.bandwidth_hz:
             objective = objective_of(arm, trial.bandwidth, advice.sensors)
-            model = sc.assemble(arm, create(advice.basis, advice.n, arm))
+            model = sc.assemble(arm, create(advice.basis, advice.n))
             loop = sc.close(
                 sc.truth(arm), objective, sc.lqg(sc.generalised_plant(model, objective))
             )
