@@ -66,7 +66,7 @@ class Beam:
         """EI in N·m² as a function of x/L."""
         return as_profile(self.bending_stiffness, self.length, "beam.bending_stiffness")
 
-    @property
+    @cached_property
     def breakpoints(self) -> tuple[float, ...]:
         """Inner points x/L where either profile has a kink or a step.
 

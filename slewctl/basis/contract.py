@@ -113,13 +113,39 @@ class Basis(ABC):
         InputError
             For another order of derivative.
         """
+        return self._evaluate(self._points(xi, derivative), derivative)
+
+    def combined(self, xi: Array, derivative: int, coefficients: Array) -> Array:
+        """Return ``evaluate(xi, derivative) @ coefficients``, shape (m, k).
+
+        Piecewise bases have a way to it without the matrix of all functions.
+
+        Parameters
+        ----------
+        xi : ndarray, shape (m,)
+        derivative : {0, 1, 2}
+        coefficients : ndarray, shape (n, k)
+
+        Raises
+        ------
+        InputError
+            As `evaluate`.
+        """
+        return self._combined(self._points(xi, derivative), derivative, coefficients)
+
+    def _points(self, xi: Array, derivative: int) -> Array:
+        """Return `xi` as an array of numbers; refuse another order of derivative."""
         if derivative not in (0, 1, 2):
             raise InputError(
                 f"{shown(derivative)} is not an order of derivative",
                 where=f"{type(self).__name__}.evaluate",
                 remedy="give 0, 1 or 2",
             )
-        return self._evaluate(np.atleast_1d(np.asarray(xi, dtype=float)), derivative)
+        return np.atleast_1d(np.asarray(xi, dtype=float))
+
+    def _combined(self, xi: Array, derivative: int, coefficients: Array) -> Array:
+        """Return what `combined` promises."""
+        return self._evaluate(xi, derivative) @ coefficients
 
     @abstractmethod
     def _evaluate(self, xi: Array, derivative: int) -> Array:
