@@ -179,11 +179,11 @@ def deflections(arm: Arm, motion: Motion) -> Combined:
 def _orthonormal(panels: Panels, coefficients: Array) -> Combined:
     """Return functions of orthonormal strain energy with these curvatures' span."""
     xi, weights = panels.rule
-    scaled = coefficients / np.linalg.norm(coefficients, axis=0)
+    scaled = np.asarray(coefficients / np.linalg.norm(coefficients, axis=0), dtype=float)
     curvature = panels.from_root.combined(xi, 2, scaled)
     strain = np.sqrt(weights * panels.stiffness)[:, None] * curvature
-    R: Array = qr(strain, mode="r")[0][: strain.shape[1]]
-    functions = np.linalg.solve(R.T * np.sign(np.diag(R)), scaled.T).T
+    R = np.asarray(qr(strain, mode="r")[0][: strain.shape[1]], dtype=float)
+    functions: Array = np.linalg.solve(R.T * np.sign(np.diag(R)), scaled.T).T
     # Terms that carry rounding alone would only raise the degree, and the cost of every use.
     by_term = np.abs(functions.reshape(panels.terms, -1)).max(axis=1)
     terms = int(np.flatnonzero(by_term > _CONVERGED * by_term.max())[-1]) + 1

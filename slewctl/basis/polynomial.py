@@ -78,9 +78,7 @@ class Polynomial(Basis):
         width = 2 * half[:, None]
         gained = width * scaled[0]
         slope = _before(gained)
-        deflection = _before(
-            width * (gained / 2 + slope) - width**2 / 6 * scaled[1:2].sum(axis=0)
-        )
+        deflection = _before(width * (gained / 2 + slope) - width**2 / 6 * scaled[1:2].sum(axis=0))
         own = scaled * half[:, None] ** (2 - derivative)
         weights = np.concatenate([own, [deflection, width / 2 * slope]])
         placed = self._placed(xi, derivative)
@@ -129,7 +127,8 @@ class Polynomial(Basis):
     @cached_property
     def _norms(self) -> Array:
         """What gives each curvature unit L2 norm, (terms, panels)."""
-        return np.sqrt((2 * np.arange(self._terms)[:, None] + 1) / (2 * self._halves))
+        degrees = np.arange(self._terms)[:, None]
+        return np.asarray(np.sqrt((2 * degrees + 1) / (2 * self._halves)))
 
     def _placed(self, xi: Array, derivative: int) -> _Placed:
         """Return the points by panel.
@@ -180,7 +179,7 @@ def _before(steps: Array) -> Array:
 def _local_shapes(local: Array, count: int, derivative: int) -> Array:
     """Return the Legendre polynomials, their integrals or double integrals from −1."""
     k = np.arange(count)
-    P = legvander(local, count + 1)
+    P = np.asarray(legvander(local, count + 1), dtype=float)
     if derivative == 2:
         return P[:, :count]
     if derivative == 1:

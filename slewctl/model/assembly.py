@@ -22,7 +22,6 @@ from slewctl.basis import Basis
 from slewctl.errors import InputError, shown
 from slewctl.model.quadrature import SAMPLED_DEGREE, UNIT_ROUNDOFF, Rule, composite, settled
 
-
 Boundary = Literal["hub-locked", "free"]
 
 

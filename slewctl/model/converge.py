@@ -13,6 +13,8 @@ from slewctl.model.assembly import Boundary, RitzModes, factors, ritz_modes, rou
 from slewctl.model.subspace import lowest_modes, trials
 
 _TARGET = 1e-11
+# Shapes to be compared with finer ones: their frequencies are good to its square.
+_ROUGHLY = 1e-6
 # Beyond so many functions, or those that every panel needs, no more are taken.
 _MOST_FUNCTIONS = 400
 _MOST_TERMS = 6
@@ -73,5 +75,6 @@ def _solved(
     """Return modes in one basis, from those in a smaller one where that saves work."""
     if basis.n <= max(_SMALL, 3 * trials(modes)):
         return ritz_modes(factors(arm, basis), boundary)
-    known = coarse is not None and coarse.shapes.shape[1] == trials(modes)
-    return lowest_modes(arm, basis, modes, boundary, coarse.shapes if coarse and known else None)
+    if coarse is None:
+        return lowest_modes(arm, basis, modes, boundary, tolerance=_ROUGHLY)
+    return lowest_modes(arm, basis, modes, boundary, coarse.shapes[:, : trials(modes)])

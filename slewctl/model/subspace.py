@@ -21,11 +21,9 @@ from scipy.linalg import qr
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Polynomial
-from slewctl.model.assembly import Boundary, RitzModes
+from slewctl.model.assembly import Boundary, RitzModes, rounding
 from slewctl.model.quadrature import SAMPLED_DEGREE, Rule, composite
 
-# A step takes away all but a hundredth of the error or less: this change was the last.
-_SETTLED = 1e-12
 _MOST_STEPS = 20
 
 
@@ -112,7 +110,8 @@ class PanelOperator:
         """The unit column of the rigid rotation, shape (points + 2,)."""
         arm = self.arm
         lever = self.mass_root[:, 0] * (arm.hub.radius + arm.beam.length * self.points)
-        column = [*lever, math.sqrt(arm.payload.inertia), math.sqrt(arm.hub_inertia)]
+        rest = [math.sqrt(arm.payload.inertia), math.sqrt(arm.hub_inertia)]
+        column = np.concatenate([lever, rest])
         return np.asarray(column / np.linalg.norm(column))
 
     def without_rotation(self, rows: Array) -> Array:
@@ -162,7 +161,12 @@ class PanelOperator:
 
 
 def lowest_modes(
-    arm: Arm, basis: Polynomial, modes: int, boundary: Boundary, start: Array | None = None
+    arm: Arm,
+    basis: Polynomial,
+    modes: int,
+    boundary: Boundary,
+    start: Array | None = None,
+    tolerance: float = 1e-10,
 ) -> RitzModes:
     """Return the first modes of `arm` in `basis`, as `ritz_modes` of its factors would.
 
@@ -176,19 +180,18 @@ def lowest_modes(
     boundary : {"hub-locked", "free"}
     start : ndarray, shape (m, k), optional
         Coefficients of modes in a basis of fewer functions on the same panels.
+    tolerance : float
+        Relative error of the shapes; that of the frequencies is its square.
     """
     operator = PanelOperator(arm, basis, boundary)
-    vectors = (
-        operator.smooth_moments(trials(modes)) if start is None else operator.vectors(start)
-    )
-    vectors = qr(vectors, mode="economic")[0]
-    before = np.full(modes, math.inf)
+    vectors = operator.smooth_moments(trials(modes)) if start is None else operator.vectors(start)
     for _ in range(_MOST_STEPS):
+        vectors = np.asarray(qr(vectors, mode="economic")[0], dtype=float)
         left, R = qr(operator.applied(vectors), mode="economic")
-        _, periods, V = np.linalg.svd(R)
-        change = np.abs(before / periods[:modes] - 1)
-        if change.max() <= _SETTLED:
+        U, periods, V = np.linalg.svd(R)
+        vectors, again = vectors @ V.T, operator.adjoint(left @ U)
+        residuals = np.linalg.norm(again / periods - vectors, axis=0)[:modes]
+        if np.all(residuals <= tolerance + 10 * rounding(1 / periods[:modes])):
             break
-        before = periods[:modes]
-        vectors = qr(operator.adjoint(left), mode="economic")[0]
-    return RitzModes(1 / periods, operator.coefficients(vectors @ V.T) / periods)
+        vectors = again
+    return RitzModes(1 / periods, operator.coefficients(vectors) / periods)

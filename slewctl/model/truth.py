@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
-
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis, Combined
