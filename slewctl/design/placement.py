@@ -29,7 +29,15 @@ from slewctl.design.pole_assignment import (
     out_of_reach,
     pole_sensitivity,
 )
-from slewctl.design.pole_pairs import OpenLoop, PolePair, mode_name, open_loop
+from slewctl.design.pole_pairs import (
+    LonePole,
+    OpenLoop,
+    PolePair,
+    Roots,
+    flexible_modes,
+    mode_name,
+    open_loop,
+)
 from slewctl.design.result import Check, Controller, finished
 from slewctl.design.scaling import ScaledPlant, scaled
 from slewctl.errors import AccuracyError, DesignError, InputError, check_positive
@@ -72,8 +80,8 @@ def pole_placement(
         Flexible modes that keep their poles in the state feedback and in the observer,
         numbered from 1; they need not be reached or seen.
     poles : list, optional
-        Instead of the wishes: two poles in rad/s for each mode that is not left alone,
-        complex ones as ``[re, im]`` together with their conjugates.
+        Instead of the wishes: two poles in rad/s for each mode that is not left alone, and
+        one for a lag of the plant; complex ones as ``[re, im]`` together with their conjugates.
     observer_speed : float
         How many times as fast as the poles of the state feedback those of the observer decay;
         see `slewctl.design.placement_wishes.faster`.
@@ -101,8 +109,8 @@ def pole_placement(
     start = perf_counter()
     energy = scaled(plant)
     loop = open_loop(energy.A)
-    own = [pair.times(energy.rate) for pair in loop.pairs]
-    alone = left_alone(leave, len(own) - 1)
+    own = _own(energy, loop)
+    alone = left_alone(leave, flexible_modes(own))
     speed = check_positive(observer_speed, "observer_speed")
     if poles is None:
         if bandwidth_hz is None:
@@ -268,9 +276,7 @@ def _cannot_move(
     return DesignError(f"{name} is {what} and cannot be moved", where=where, remedy=remedy)
 
 
-def _explicitly(
-    own: Sequence[PolePair], given: object, where: str, alone: frozenset[int]
-) -> Wanted:
+def _explicitly(own: Sequence[Roots], given: object, where: str, alone: frozenset[int]) -> Wanted:
     poles = explicit(given, where)
     check_stable(poles, where)
     return matched(own, poles, where, alone)
@@ -284,7 +290,7 @@ def _refuse_both(bandwidth_hz: object, added_damping: object) -> None:
             )
 
 
-def _own(energy: ScaledPlant, loop: OpenLoop) -> list[PolePair]:
+def _own(energy: ScaledPlant, loop: OpenLoop) -> list[Roots]:
     return [pair.times(energy.rate) for pair in loop.pairs]
 
 
@@ -292,13 +298,16 @@ def _scaled_down(wanted: Wanted, rate: float) -> Wanted:
     return {number: pair.times(1 / rate) for number, pair in wanted.items()}
 
 
-def _poles_said(what: str, own: Sequence[PolePair], wanted: Wanted) -> str:
+def _poles_said(what: str, own: Sequence[Roots], wanted: Wanted) -> str:
     """Return what happens to each mode, in words."""
     moved = [
         f"{mode_name(n, own[n]).partition(' (')[0]} to {pair.frequency / (2 * np.pi):.4g} Hz with "
         f"damping ratio {pair.ratio:.3g}"
         for n, pair in sorted(wanted.items())
     ]
-    kept = [str(n) for n in range(len(own)) if n not in wanted]
-    alone = f"; not moved: mode {', '.join(kept)}" if kept else ""
-    return f"poles of the {what}: " + "; ".join(moved) + alone
+    kept = [n for n in range(len(own)) if n not in wanted]
+    modes = ", ".join(str(n) for n in kept if isinstance(own[n], PolePair))
+    alone = [f"mode {modes}"] if modes else []
+    alone += ["the real pole" for n in kept if isinstance(own[n], LonePole)]
+    unmoved = f"; not moved: {' and '.join(alone)}" if alone else ""
+    return f"poles of the {what}: " + "; ".join(moved) + unmoved
