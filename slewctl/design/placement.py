@@ -50,12 +50,12 @@ def pole_placement(
     plant: GeneralisedPlant,
     *,
     bandwidth_hz: float | None = None,
-    damping_ratio: float = 0.7,
-    added_damping: float | Sequence[float] | Mapping[str, float] = 0.0,
+    damping_ratio: float | None = None,
+    added_damping: float | Sequence[float] | Mapping[str, float] | None = None,
     leave: Sequence[int] = (),
     poles: Sequence[Pole] | None = None,
-    observer_speed: float = 3.0,
-    observer_damping: float = 0.1,
+    observer_speed: float | None = None,
+    observer_damping: float | None = None,
     observer_poles: Sequence[Pole] | None = None,
 ) -> Controller:
     """Return an observer with state feedback whose poles are placed as wished.
@@ -72,10 +72,10 @@ def pole_placement(
     bandwidth_hz : float
         Undamped frequency of the rigid body's pair of poles; it has no default.
     damping_ratio : float
-        Of the same pair.
+        Of the same pair; by default 0.7.
     added_damping : float, list or table
         Damping ratio added to every flexible mode at its own frequency, or to each as listed,
-        or to those named in a table such as ``{"1": 0.05}``.
+        or to those named in a table such as ``{"1": 0.05}``; by default none.
     leave : list of int
         Flexible modes that keep their poles in the state feedback and in the observer,
         numbered from 1; they need not be reached or seen.
@@ -83,13 +83,13 @@ def pole_placement(
         Instead of the wishes: two poles in rad/s for each mode that is not left alone, and
         one for a lag of the plant; complex ones as ``[re, im]`` together with their conjugates.
     observer_speed : float
-        How many times as fast as the poles of the state feedback those of the observer decay;
-        see `slewctl.design.placement_wishes.faster`.
+        How many times as fast as the poles of the state feedback those of the observer decay,
+        by default 3; see `slewctl.design.placement_wishes.faster`.
     observer_damping : float
         Damping ratio of the observer for modes that the state feedback does not move, where
-        they have less by themselves; 0 keeps their poles in the observer too.
+        they have less by themselves, by default 0.1; 0 keeps their poles in the observer too.
     observer_poles : list, optional
-        Explicit poles of the observer, as `poles`.
+        Instead of speed and damping: explicit poles of the observer, as `poles`.
 
     Returns
     -------
@@ -111,7 +111,6 @@ def pole_placement(
     loop = open_loop(energy.A)
     own = _own(energy, loop)
     alone = left_alone(leave, flexible_modes(own))
-    speed = check_positive(observer_speed, "observer_speed")
     if poles is None:
         if bandwidth_hz is None:
             raise InputError(
@@ -119,14 +118,26 @@ def pole_placement(
                 where="bandwidth_hz",
                 remedy="give the frequency of the rigid body's poles in Hz, or give poles",
             )
-        wanted = wished(own, bandwidth_hz, damping_ratio, added_damping, alone)
+        ratio = 0.7 if damping_ratio is None else damping_ratio
+        added = 0.0 if added_damping is None else added_damping
+        wanted = wished(own, bandwidth_hz, ratio, added, alone)
     else:
-        _refuse_both(bandwidth_hz, added_damping)
+        _refuse_beside(
+            "poles",
+            bandwidth_hz=bandwidth_hz,
+            damping_ratio=damping_ratio,
+            added_damping=added_damping,
+        )
         wanted = _explicitly(own, poles, "poles", alone)
     check_damped(own, wanted)
     if observer_poles is None:
-        seen = followed(own, wanted, alone, speed, observer_damping)
+        speed = check_positive(3.0 if observer_speed is None else observer_speed, "observer_speed")
+        least = 0.1 if observer_damping is None else observer_damping
+        seen = followed(own, wanted, alone, speed, least)
     else:
+        _refuse_beside(
+            "observer_poles", observer_speed=observer_speed, observer_damping=observer_damping
+        )
         seen = _explicitly(own, observer_poles, "observer_poles", alone)
         check_damped(own, seen)
     control, observer = _state_feedback(plant, energy, loop, wanted), _observer(energy, loop, seen)
@@ -282,11 +293,14 @@ def _explicitly(own: Sequence[Roots], given: object, where: str, alone: frozense
     return matched(own, poles, where, alone)
 
 
-def _refuse_both(bandwidth_hz: object, added_damping: object) -> None:
-    for name, value in (("bandwidth_hz", bandwidth_hz), ("added_damping", added_damping)):
-        if value is not None and value != 0.0:
+def _refuse_beside(poles: str, **wishes: object) -> None:
+    """Refuse wishes that explicit poles would leave without a meaning."""
+    for name, value in wishes.items():
+        if value is not None:
             raise InputError(
-                "given beside poles", where=name, remedy="give either the wishes or the poles"
+                f"given beside {poles}",
+                where=name,
+                remedy=f"give either {name} or {poles}",
             )
 
 
