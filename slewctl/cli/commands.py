@@ -125,6 +125,7 @@ def arms_command(name: str | None) -> None:
     entry = catalogue.CATALOGUE[name]
     parts = {"hub": arm.hub, "payload": arm.payload, "motor": arm.motor}
     texts = {"what": entry.summary, "source": entry.source, "uncertain": entry.uncertain}
+    texts["damping ratio to design with"] = str(entry.damping)
     for title, text in {**texts, **parts}.items():
         OUT.print(f"{title}: {text}", soft_wrap=True)
     show(_published(arm, entry))
