@@ -9,8 +9,12 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Polynomial
+from slewctl.errors import InputError, check_count, shown
 from slewctl.model.assembly import Boundary, RitzModes, factors, ritz_modes, rounding
 from slewctl.model.subspace import lowest_modes, trials
+
+MOST_MODES = 500
+"""Modes that an arm can be asked for: a few seconds' work."""
 
 _TARGET = 1e-11
 # Shapes to be compared with finer ones: their frequencies are good to its square.
@@ -20,6 +24,18 @@ _MOST_FUNCTIONS = 400
 _MOST_TERMS = 6
 # Up to here all modes of the matrices cost less than the few that are asked for.
 _SMALL = 400
+
+
+def check_modes(modes: object, where: str) -> int:
+    """Return a number of modes; refuse what is none, or more than can be computed."""
+    count = check_count(modes, where)
+    if count > MOST_MODES:
+        raise InputError(
+            f"{shown(count)} modes, where {MOST_MODES} are the most",
+            where=where,
+            remedy=f"give at most {MOST_MODES}",
+        )
+    return count
 
 
 @dataclass(frozen=True, eq=False)

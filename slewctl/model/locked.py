@@ -13,9 +13,9 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis
-from slewctl.errors import check_choice, check_count
+from slewctl.errors import check_choice
 from slewctl.model.assembly import Boundary, check_arm, factors, ritz_modes
-from slewctl.model.converge import converged
+from slewctl.model.converge import check_modes, converged
 
 BOUNDARIES: tuple[Boundary, ...] = ("hub-locked", "free")
 
@@ -63,11 +63,11 @@ def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Freq
     Raises
     ------
     InputError
-        If `arm` is not an arm, modes < 1 or the boundary is unknown.
+        If `arm` is not an arm, modes < 1 or more than 500, or the boundary is unknown.
     """
     check_arm(arm, "frequencies")
     check_choice(boundary, BOUNDARIES, "frequencies.boundary")
-    modes = check_count(modes, "frequencies.modes")
+    modes = check_modes(modes, "frequencies.modes")
     found = converged(arm, modes, boundary)
     return Frequencies(boundary, found.omega / (2 * np.pi), found.errors, found.basis.n)
 

@@ -8,9 +8,8 @@ from functools import lru_cache
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis, Combined
-from slewctl.errors import check_count
 from slewctl.model.assembly import Model, assemble, check_arm, tip_signs
-from slewctl.model.converge import converged
+from slewctl.model.converge import check_modes, converged
 
 DEFAULT_MODES = 20
 
@@ -72,10 +71,10 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     Raises
     ------
     InputError
-        If modes < 1, or `arm` is not an arm.
+        If modes < 1 or more than 500, or `arm` is not an arm.
     """
     check_arm(arm, "truth")
-    return _truth(arm, check_count(modes, "truth.modes"))
+    return _truth(arm, check_modes(modes, "truth.modes"))
 
 
 def arm_modes(arm: Arm, n: int) -> Basis:
