@@ -12,6 +12,7 @@ from typing import Any
 import click
 from rich.table import Table
 
+from slewctl.arm import catalogue
 from slewctl.cli.options import OUT_FOLDER, PARQUET
 from slewctl.cli.terminal import ERR, OUT, counter, progress, show
 from slewctl.compare import (
@@ -128,12 +129,15 @@ class _EndedError(KeyboardInterrupt):
 def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
     """Say which basis, how many functions and how fast a controller suit ARM.
 
-    ARM is a catalogue name or a TOML file with an [arm] table.
+    ARM is a catalogue name, whose arm gets its suggested damping, or a TOML file with an
+    [arm] table.
     """
-    chosen = find_arm(arm)
+    known = arm in catalogue.names()
+    chosen = catalogue.damped(arm) if known else find_arm(arm)
+    damping = str(catalogue.CATALOGUE[arm].damping) if known else ""
     names = [name.strip() for name in sensors.split(",")]
     with progress(count_trials()) as step:
-        advice = recommend(chosen, names, progress=step)
+        advice = recommend(chosen, names, damping=damping, progress=step)
     if as_json:
         OUT.print(json.dumps(advice.to_dict(), indent=1), soft_wrap=True)
         return

@@ -102,7 +102,7 @@ place_of = lru_cache(maxsize=8)(Place)
 @lru_cache(maxsize=64)
 def design_model(arm: Arm, basis: str, n: int) -> Model:
     """Return the model of n functions, kept as slewctl's study keeps it."""
-    return assemble(arm, create(basis, n, arm))
+    return assemble(arm, create(basis, n))
 
 
 def gains(plant: GeneralisedPlant) -> tuple[np.ndarray, np.ndarray, float]:

@@ -353,5 +353,6 @@ def test_recommend_gives_its_evidence_as_json(monkeypatch: pytest.MonkeyPatch) -
     assert done.returncode == 0, done.stderr
     advice = json.loads(done.stdout)
     assert advice["n"] in (1, 2)
+    assert advice["damping"].startswith("0.01 (assumed: ")
     chosen = [t for t in advice["trials"] if (t["basis"], t["n"]) == (advice["basis"], advice["n"])]
     assert all(trial["accepted"] for trial in chosen)

@@ -67,7 +67,7 @@ def test_gap_is_below_1e_9_for_every_catalogue_arm(name: str, basis: str) -> Non
         {"tip": 0.1 * arm.beam.length, "torque": torque},
         {"torque": 0.1 * torque / omega**0.5, "theta": 3e-3 / omega**0.5},
     )
-    assert gap(generalised_plant(assemble(arm, create(basis, 4, arm)), objective)) < 1e-9
+    assert gap(generalised_plant(assemble(arm, create(basis, 4)), objective)) < 1e-9
 
 
 @pytest.mark.slow
