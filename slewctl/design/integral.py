@@ -12,13 +12,14 @@ from time import perf_counter
 
 import control
 import numpy as np
+from scipy.linalg import block_diag
 
 from slewctl._types import Array
 from slewctl.design.lqr import check_assumptions, kalman
 from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
 from slewctl.errors import InputError
-from slewctl.linalg import RiccatiSolution, h2_cost, solve_riccati
+from slewctl.linalg import Regulator, RiccatiSolution, h2_cost
 from slewctl.plant import GeneralisedPlant
 
 INTEGRAL_STATE = "theta_integral"
@@ -46,7 +47,7 @@ def integral_lqg(plant: GeneralisedPlant, limit: float) -> Controller:
     n = len(plant.A)
     K, Ki, Kf = regulator.gain[:, :n], regulator.gain[:, n:], observer.gain.T
     system = _system(plant, K, Ki, Kf, angle)
-    reference = _reference(plant, K)
+    reference = _reference(plant, K, Kf)
     built = perf_counter()
     expected = _expected(plant, regulator, observer, angle)
     achieved = _achieved(plant, system, limit)
@@ -64,7 +65,7 @@ def integral_lqg(plant: GeneralisedPlant, limit: float) -> Controller:
         assumptions=(
             "u = −K(x̂ − x_ref) − K_i σ, σ the integral of the measured theta − theta_ref",
             "x̂ from a stationary Kalman filter on the sensors, driven by u",
-            "white torque noise and white sensor noise of the objective's densities, independent",
+            "w is white noise of unit density",
             f"optimal for the mean of z² + (σ / {limit:g} rad·s)²",
         ),
         seconds={"solve": solved - start, "build": built - solved},
@@ -76,9 +77,9 @@ def _regulator(plant: GeneralisedPlant, angle: int, limit: float) -> RiccatiSolu
     n = len(plant.A)
     A = np.zeros((n + 1, n + 1))
     A[:n, :n], A[n, :n] = plant.A, plant.C2[angle]
-    Q = np.zeros((n + 1, n + 1))
-    Q[:n, :n], Q[n, n] = plant.C1.T @ plant.C1, limit**-2
-    return solve_riccati(A, np.vstack([plant.B2, [[0.0]]]), Q, plant.D12.T @ plant.D12)
+    C = block_diag(plant.C1, [[1 / limit]])
+    D = np.vstack([plant.D12, [[0.0]]])
+    return Regulator.of(A, np.vstack([plant.B2, plant.D22[angle : angle + 1]]), C, D).solve()
 
 
 def _system(
@@ -86,7 +87,8 @@ def _system(
 ) -> control.StateSpace:
     n, sensors = len(plant.A), list(plant.sensors)
     A = np.zeros((n + 1, n + 1))
-    A[:n] = np.hstack([plant.A - plant.B2 @ K - Kf @ plant.C2, -plant.B2 @ Ki])
+    driven = plant.B2 - Kf @ plant.D22
+    A[:n] = np.hstack([plant.A - Kf @ plant.C2 - driven @ K, -driven @ Ki])
     return control.StateSpace(
         A,
         np.vstack([Kf, np.eye(len(sensors))[angle]]),
@@ -99,12 +101,12 @@ def _system(
     )
 
 
-def _reference(plant: GeneralisedPlant, K: Array) -> Reference | None:
+def _reference(plant: GeneralisedPlant, K: Array, Kf: Array) -> Reference | None:
     rest = at_rest(plant)
     if rest is None:
         return None
     entry = K @ rest[0] + rest[1]
-    return Reference(np.vstack([plant.B2 @ entry, [[-1.0]]]), entry)
+    return Reference(np.vstack([(plant.B2 - Kf @ plant.D22) @ entry, [[-1.0]]]), entry)
 
 
 def _expected(

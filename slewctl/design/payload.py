@@ -29,8 +29,8 @@ from slewctl._types import Array
 from slewctl.arm import vary
 from slewctl.design.innovations import Innovations, innovations
 from slewctl.design.lmi import largest
-from slewctl.design.lqg import observer_feedback
 from slewctl.design.lqr import kalman
+from slewctl.design.observer import observer_feedback
 from slewctl.design.regions import Region
 from slewctl.design.regulator_lmi import Dynamics, Feedback, Regulator, solve_regulator
 from slewctl.design.result import Check, Controller, Guarantee, finished

@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.design.lqg import observer_feedback
+from slewctl.design.observer import observer_feedback
 from slewctl.design.placement_wishes import (
     Wanted,
     check_damped,

@@ -18,11 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.achieved import closed_cost
 from slewctl.design.innovations import Innovations, innovations
 from slewctl.design.lmi import Block
-from slewctl.design.lqg import observer_feedback
+from slewctl.design.observer import observer_feedback
 from slewctl.design.regulator_lmi import Feedback, Regulator, Unknowns, solve_regulator
-from slewctl.design.result import Controller, Guarantee, closed_cost, finished
+from slewctl.design.result import Controller, Guarantee, finished
 from slewctl.errors import DesignError, InputError, check_choice, check_given, check_positive, shown
 from slewctl.linalg import h2_cost
 from slewctl.plant import ACTUATORS, GeneralisedPlant, check_plant, signal

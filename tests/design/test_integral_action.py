@@ -87,7 +87,8 @@ def test_tighter_integral_costs_more_of_the_rest() -> None:
 def test_no_perturbed_controller_is_better(seed: int) -> None:
     """In the cost with the integral, which is what is minimised."""
     plant, limit = design_plant(2, TWO_SENSORS), 0.3
-    best = lqg(plant, integral_limit=limit).system
+    found = lqg(plant, integral_limit=limit)
+    best = found.system
     rng = np.random.default_rng(seed)
 
     def cost(size: float) -> float:
@@ -101,7 +102,7 @@ def test_no_perturbed_controller_is_better(seed: int) -> None:
         if np.linalg.eigvals(closed.A).real.max() >= 0:
             return np.inf
         integral = np.zeros((1, closed.nstates))
-        integral[0, -1] = 1 / limit
+        integral[0, -1] = found.state_scale[-1] / limit
         return h2_cost(closed.A, closed.B, np.vstack([closed.C, integral])).value
 
     optimum = cost(0.0)

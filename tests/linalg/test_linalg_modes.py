@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slewctl import Arm, Beam, ClampedFree, Hub, assemble, state_space
-from slewctl.linalg import stability_threshold, unobservable_modes
+from slewctl.linalg import stability_threshold
+from slewctl.observability import unobservable_modes
 
 
 def test_angle_sees_everything_and_the_torque_reaches_it() -> None:
