@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from scipy.linalg import eig
 
@@ -24,7 +26,8 @@ def pole_rounding(A: Array) -> tuple[ComplexArray, Array]:
     """
     scale = balance(A)
     balanced = A / scale[:, None] * scale
-    values, left, right = eig(balanced, left=True, right=True)
+    found = cast("tuple[ComplexArray, ...]", eig(balanced, left=True, right=True))
+    values, left, right = found
     # A double pole moves by the root of what rounds it.
     apart = np.maximum(np.abs(np.sum(left.conj() * right, axis=0)), np.finfo(float).eps ** 0.5)
     moved = np.sum(np.abs(left) * (np.abs(balanced) @ np.abs(right)), axis=0) / apart

@@ -41,28 +41,30 @@ def guarded(method: Callable[P, T]) -> Callable[P, T]:
             with np.errstate(all="ignore"), warnings.catch_warnings():
                 warnings.simplefilter("ignore", RuntimeWarning)
                 return method(*args, **kwargs)
+        except AccuracyError as error:
+            key = _absurd(args, kwargs)
+            raise error.within(key) if key and error.where != key else error
         except SlewctlError:
             raise
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
-            raise _broken_down(method.__name__, args, kwargs, error) from error
+            key = _absurd(args, kwargs)
+            what = " ".join(str(error).split()) or type(error).__name__
+            raise AccuracyError(
+                f"the computation broke down ({what})",
+                where=key or method.__name__,
+                remedy="give a value nearer to one, or measure in other units"
+                if key
+                else "bring limits, noises and options closer together",
+            ) from error
 
     return inner
 
 
-def _broken_down(
-    method: str, args: tuple[object, ...], options: Mapping[str, object], error: Exception
-) -> AccuracyError:
+def _absurd(args: tuple[object, ...], options: Mapping[str, object]) -> str:
+    """Return the key of the most extreme number given, or nothing if none is extreme."""
     given = {**dict(_numbers(options)), **_weights(args, options)}
     extreme = max(given, key=lambda key: given[key], default="")
-    absurd = bool(extreme) and given[extreme] > _ABSURD
-    what = " ".join(str(error).split()) or type(error).__name__
-    return AccuracyError(
-        f"the computation broke down ({what})",
-        where=extreme if absurd else method,
-        remedy="give a value nearer to one, or measure in other units"
-        if absurd
-        else "bring limits, noises and options closer together",
-    )
+    return extreme if extreme and given[extreme] > _ABSURD else ""
 
 
 def _weights(args: tuple[object, ...], options: Mapping[str, object]) -> dict[str, float]:

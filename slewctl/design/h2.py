@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.breakdown import guarded
 from slewctl.design.convex import solve
 from slewctl.design.gain_lmi import FILTER, REGULATOR, GainLMI, gain_lmi
 from slewctl.design.h2_joint import h2_joint
@@ -55,6 +56,7 @@ class H2Problem:
         return self.setting.plant
 
 
+@guarded
 def h2_lmi(plant: GeneralisedPlant, *, formulation: Formulation = "separated") -> Controller:
     """Return the H2-optimal controller of a plant by matrix inequalities.
 

@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.breakdown import guarded
 from slewctl.design.convex import solve
 from slewctl.design.gain_lmi import GainLMI
 from slewctl.design.h2 import filter_lmi, regulator_lmi
@@ -72,6 +73,7 @@ class H2Gain:
         return self.cost / self.optimum - 1
 
 
+@guarded
 def h2_state_feedback(plant: GeneralisedPlant) -> H2Gain:
     """Return the H2-optimal state feedback of a plant by one matrix inequality.
 
@@ -90,6 +92,7 @@ def h2_state_feedback(plant: GeneralisedPlant) -> H2Gain:
     return solve_state_feedback(build_state_feedback(plant))
 
 
+@guarded
 def h2_estimator(plant: GeneralisedPlant) -> H2Gain:
     """Return the stationary Kalman filter's gain by one matrix inequality.
 

@@ -18,8 +18,9 @@ from slewctl._types import Array
 from slewctl.design.lqr import check_assumptions, kalman
 from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
-from slewctl.errors import InputError
+from slewctl.errors import DesignError, InputError
 from slewctl.linalg import Regulator, RiccatiSolution, h2_cost
+from slewctl.observability import pole_rounding
 from slewctl.plant import GeneralisedPlant
 
 INTEGRAL_STATE = "theta_integral"
@@ -42,6 +43,7 @@ def integral_lqg(plant: GeneralisedPlant, limit: float) -> Controller:
     check_assumptions(plant)
     start = perf_counter()
     regulator = _regulator(plant, angle, limit)
+    slowest = slowest_motion(*_augmented(plant, angle), regulator.gain)
     observer = kalman(plant)
     solved = perf_counter()
     n = len(plant.A)
@@ -67,19 +69,49 @@ def integral_lqg(plant: GeneralisedPlant, limit: float) -> Controller:
             "x̂ from a stationary Kalman filter on the sensors, driven by u",
             "w is white noise of unit density",
             f"optimal for the mean of z² + (σ / {limit:g} rad·s)²",
+            slowest,
         ),
         seconds={"solve": solved - start, "build": built - solved},
         reference=reference,
     )  # fmt: skip
 
 
-def _regulator(plant: GeneralisedPlant, angle: int, limit: float) -> RiccatiSolution:
+def slowest_motion(A: Array, B: Array, gain: Array, sample_time: float = 0.0) -> str:
+    """Return what the integral's feedback comes to, in words; refuse one that does nothing.
+
+    Parameters
+    ----------
+    A, B, gain : ndarray
+        Of the plant with its integral, and the state feedback.
+    sample_time : float
+        In s, of a sampled one.
+    """
+    poles, rounding = pole_rounding(A - B @ gain)
+    if sample_time:
+        slowest = -float(np.log(np.abs(poles) + rounding).max()) / sample_time
+    else:
+        slowest = -float((poles.real + rounding).max())
+    if not slowest > 0:
+        raise DesignError(
+            "so large a limit leaves an integral that does nothing to working precision",
+            where="integral_limit",
+            remedy="lower it, or leave the integral out",
+        )
+    return f"the regulator's slowest motion has a time constant of {1 / slowest:.3g} s"
+
+
+def _augmented(plant: GeneralisedPlant, angle: int) -> tuple[Array, Array]:
+    """Return A and B of the plant with σ' = its measured angle."""
     n = len(plant.A)
     A = np.zeros((n + 1, n + 1))
     A[:n, :n], A[n, :n] = plant.A, plant.C2[angle]
-    C = block_diag(plant.C1, [[1 / limit]])
+    return A, np.vstack([plant.B2, plant.D22[angle : angle + 1]])
+
+
+def _regulator(plant: GeneralisedPlant, angle: int, limit: float) -> RiccatiSolution:
+    C = block_diag(plant.C1, np.array([[1 / limit]]))
     D = np.vstack([plant.D12, [[0.0]]])
-    return Regulator.of(A, np.vstack([plant.B2, plant.D22[angle : angle + 1]]), C, D).solve()
+    return Regulator.of(*_augmented(plant, angle), C, D).solve()
 
 
 def _system(

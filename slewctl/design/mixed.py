@@ -23,6 +23,7 @@ from scipy.linalg import block_diag
 
 from slewctl._types import Array
 from slewctl.design.achieved import closed_cost
+from slewctl.design.breakdown import guarded
 from slewctl.design.innovations import Innovations, innovations
 from slewctl.design.lmi import largest
 from slewctl.design.mixed_lmi import Channel, OutputFeedback, OutputProblem, solve_output
@@ -54,6 +55,7 @@ class _Channel:
     unit: str
 
 
+@guarded
 def h2_hinf(
     plant: GeneralisedPlant, *, hinf_max: float | None = None, weight_hz: float | None = None
 ) -> Controller:
@@ -269,7 +271,7 @@ def spillover_gain(plant: GeneralisedPlant, system: control.StateSpace, channel:
     n, sensors = len(plant.A), len(plant.sensors)
     # Inputs: each sensor's error, then u; outputs: W u = u − x_w with x_w' = ω_c (u − x_w), y.
     spilling = control.StateSpace(
-        block_diag(plant.A, [[-channel.corner]]),
+        block_diag(plant.A, np.array([[-channel.corner]])),
         np.block([[np.zeros((n, sensors)), plant.B2], [np.zeros((1, sensors)), channel.corner]]),
         np.block([[np.zeros((1, n)), -1.0], [plant.C2, np.zeros((sensors, 1))]]),
         np.block([[np.zeros((1, sensors)), 1.0], [np.diag(channel.weights), plant.D22]]),

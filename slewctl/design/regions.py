@@ -23,6 +23,7 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.design.achieved import closed_cost
+from slewctl.design.breakdown import guarded
 from slewctl.design.innovations import Half, Innovations, innovations
 from slewctl.design.lmi import Block, largest
 from slewctl.design.observer import observer_feedback
@@ -111,6 +112,7 @@ class Region:
         return blocks
 
 
+@guarded
 def h2_region(
     plant: GeneralisedPlant,
     *,

@@ -30,16 +30,31 @@ COST_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Check:
-    """One independent check of a result: a measured error and the largest allowed one."""
+    """One independent check of a result: a measured error and the largest allowed one.
+
+    Attributes
+    ----------
+    name : str
+    error, tolerance : float
+    remedy : str
+        What to relax where it fails.
+    """
 
     name: str
     error: float
     tolerance: float
+    remedy: str = ""
 
     @property
     def passed(self) -> bool:
         """Whether the error is within the tolerance; NaN never is."""
         return self.error <= self.tolerance
+
+    def __str__(self) -> str:
+        if self.passed:
+            return f"{self.name}: {self.error:.1e} <= {self.tolerance:.0e}"
+        advice = f", {self.remedy}" if self.remedy else ""
+        return f"{self.name} FAILED: {self.error:.1e}, at most {self.tolerance:.0e} allowed{advice}"
 
 
 @dataclass(frozen=True)
@@ -54,12 +69,11 @@ class Certificate:
         return all(check.passed for check in self.checks)
 
     def __str__(self) -> str:
-        lines = (
-            f"{check.name}: {check.error:.1e} {'<=' if check.passed else '> (FAILED)'} "
-            f"{check.tolerance:.0e}"
-            for check in self.checks
-        )
-        return ("verified" if self.verified else "NOT verified") + " (" + "; ".join(lines) + ")"
+        """Return every check that a verified result passed, else those alone that failed."""
+        failed = [check for check in self.checks if not check.passed]
+        told = "; ".join(str(check) for check in failed or self.checks)
+        others = f"; {len(self.checks) - len(failed)} others passed" if failed else ""
+        return f"{'NOT verified' if failed else 'verified'} ({told}{others})"
 
 
 @dataclass(frozen=True)
