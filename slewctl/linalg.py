@@ -129,6 +129,12 @@ def full_column_rank(D: Array) -> bool:
 
 def _nonzero(matrix: Array) -> float:
     """Return the norm of a matrix, or one where there is nothing to scale by."""
+    if not np.isfinite(matrix).all():
+        raise AccuracyError(
+            "the squares of weights or noises are beyond what can be computed with",
+            where="riccati",
+            remedy="bring limits and noises closer together, or measure in other units",
+        )
     return float(np.linalg.norm(matrix, 2)) or 1.0
 
 

@@ -86,8 +86,14 @@ def _sees(A: Array, C: Array, value: complex, error: float) -> bool:
     # Nor is an entry of C that rounding alone may have made.
     noise = len(A) * np.finfo(float).eps * np.abs(C).max(axis=1, keepdims=True, initial=0.0)
     matrix = np.vstack([shifted, np.where(np.abs(C) <= noise, 0.0, C)])
+    # Rows first: their units are free, while a column holds equations and outputs alike.
+    matrix = matrix / _size(matrix, axis=1)
     for _ in range(_EQUILIBRATIONS):
         for axis in (0, 1):
-            size = np.abs(matrix).max(axis=axis, keepdims=True)
-            matrix = matrix / np.where(size > 0, np.sqrt(size), 1.0)
+            matrix = matrix / np.sqrt(_size(matrix, axis))
     return bool(np.linalg.svd(matrix, compute_uv=False)[-1] >= _SEEN)
+
+
+def _size(matrix: ComplexArray, axis: int) -> Array:
+    size = np.abs(matrix).max(axis=axis, keepdims=True)
+    return np.where(size > 0, size, 1.0)

@@ -43,7 +43,9 @@ def guarded(method: Callable[P, T]) -> Callable[P, T]:
                 return method(*args, **kwargs)
         except AccuracyError as error:
             key = _absurd(args, kwargs)
-            raise error.within(key) if key and error.where != key else error
+            if not key or error.where.startswith(key):
+                raise
+            raise error.within(key) from error
         except SlewctlError:
             raise
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
