@@ -18,7 +18,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 # Decades from one beyond which a number is named as what probably broke the computation.
-_ABSURD = 15.0
+_ABSURD = 8.0
 
 
 def check_finite(*matrices: Array) -> None:

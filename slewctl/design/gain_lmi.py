@@ -119,8 +119,9 @@ def gain_lmi(A: Array, B: Array, C: Array, D: Array, omega: Array, tuning: Tunin
     import cvxpy as cp  # only those who synthesise by matrix inequalities wait for it
 
     kept = Regulator.of(A, B, C, D)
+    size = np.linalg.norm(kept.C, 2) or np.linalg.norm(C, 2) or 1.0
     A, B, C = kept.A, kept.B, kept.C
-    unit = tuning.unit * float(np.linalg.norm(C, 2) / np.linalg.norm(B, 2))
+    unit = tuning.unit * float(size / np.linalg.norm(B, 2))
     B, Q = B * np.sqrt(unit), C.T @ C / unit
     n, m = B.shape
     weight = omega**tuning.power

@@ -73,7 +73,7 @@ def best_observer(
         noise = {**objective.noise, TORQUE: recovery * objective.noise[TORQUE]}
         noisier = generalised_plant(model, replace(objective, noise=noise))
         Kf = kalman(noisier).gain.T
-        worst = _over(observer_feedback(nominal, K, Kf, "payload_lmi"), changed)
+        worst = worst_of(observer_feedback(nominal, K, Kf, "payload_lmi"), changed)
         if best is None or (worst.cost, worst.real) < (best[2].cost, best[2].real):
             best = Kf, recovery, worst
         elif math.isfinite(best[2].cost):
@@ -83,7 +83,7 @@ def best_observer(
     return best
 
 
-def _over(
+def worst_of(
     system: control.StateSpace, changed: Mapping[tuple[float, float], GeneralisedPlant]
 ) -> Worst:
     """Return the worst of a controller over plants; the cost is infinite if one is unstable."""

@@ -298,7 +298,9 @@ def finished(
     check_finite(*(np.asarray(getattr(system, name)) for name in "ABCD"))
     poles, growth, cost = achieved(plant, system, delay)
     edge = "outside the unit circle" if system.dt else "right of the axis"
-    stability = Check(f"closed-loop poles {edge}", max(growth, 0.0), 0.0)
+    # A pole on the edge itself is not stable either.
+    beyond = 0.0 if growth < 0 else max(growth, float(np.finfo(float).tiny))
+    stability = Check(f"closed-loop poles {edge}", beyond, 0.0)
     confirmed = (
         [Check("cost, two Gramians", cost.discrepancy, COST_TOLERANCE)]
         if math.isfinite(cost.value)

@@ -15,15 +15,18 @@ from strategies import deterministic
 from slewctl import (
     Arm,
     ClampedFree,
+    DesignError,
     Hub,
     InputError,
     Objective,
+    SlewctlError,
     assemble,
     close,
     generalised_plant,
     lqg,
     truth,
 )
+from slewctl.design.integral import slowest_motion
 from slewctl.linalg import h2_cost
 
 WITHOUT_ANGLE = Objective({"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "tip": 0.01})
@@ -130,3 +133,25 @@ def test_friction_and_back_emf_make_no_difference() -> None:
     closed = plant.close(lqg(plant, integral_limit=0.5).system)
     angle = list(closed.output_labels).index("z_theta")
     assert abs(closed.dcgain()[angle, 0]) < 1e-12
+
+
+@pytest.mark.parametrize("given", [{}, {"sample_time": 0.01}])
+def test_an_integral_says_how_slow_it_is(given: dict[str, float]) -> None:
+    """With a huge limit its pole is −1/(limit·…): the statement says what to expect of it."""
+    plant = design_plant(1, TWO_SENSORS)
+    slow = {
+        limit: float(lqg(plant, integral_limit=limit, **given).assumptions[-1].split()[-2])
+        for limit in (1e3, 1e4)
+    }
+    assert slow[1e4] == pytest.approx(10 * slow[1e3], rel=2e-2)
+
+
+def test_an_integral_that_does_nothing_is_refused() -> None:
+    plant = design_plant(1, TWO_SENSORS)
+    for limit in (1e10, 1e12, 1e14):
+        with pytest.raises(SlewctlError) as caught:
+            lqg(plant, integral_limit=limit, sample_time=0.01)
+        assert caught.value.where.startswith("integral_limit")
+    A, B = np.array([[-1.0, 0], [1, 0]]), np.array([[1.0], [0]])
+    with pytest.raises(DesignError, match="does nothing to working precision"):
+        slowest_motion(A, B, np.array([[1.0, 0.0]]))
