@@ -94,6 +94,6 @@ def _sees(A: Array, C: Array, value: complex, error: float) -> bool:
     return bool(np.linalg.svd(matrix, compute_uv=False)[-1] >= _SEEN)
 
 
-def _size(matrix: ComplexArray, axis: int) -> Array:
+def _size(matrix: Array | ComplexArray, axis: int) -> Array:
     size = np.abs(matrix).max(axis=axis, keepdims=True)
     return np.where(size > 0, size, 1.0)

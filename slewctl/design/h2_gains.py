@@ -134,7 +134,7 @@ def solve_state_feedback(problem: GainProblem) -> H2Gain:
     return solved.result(
         setting.scaled.state_feedback(F),
         cost,
-        float(np.trace(twin.B1.T @ X @ twin.B1)),
+        float(np.trace(setting.plant.B1.T @ X @ setting.plant.B1)),
         setting.scaled.rate * float(scaled_cost),
     )
 
@@ -151,7 +151,7 @@ def solve_estimator(problem: GainProblem) -> H2Gain:
     return solved.result(
         setting.scaled.observer_gain(L),
         cost,
-        float(np.trace(twin.C1 @ Y @ twin.C1.T)),
+        float(np.trace(setting.plant.C1 @ Y @ setting.plant.C1.T)),
         setting.scaled.rate * float(scaled_cost),
     )
 

@@ -12,7 +12,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.design.achieved import closed_cost
 from slewctl.design.lqg import optimal_cost
-from slewctl.design.lqr import check_assumptions, check_finite_cost, kalman, lqr
+from slewctl.design.lqr import check_assumptions, kalman, lqr
 from slewctl.design.observer import observer_feedback, observer_reference
 from slewctl.design.reference import Reference
 from slewctl.design.result import Check, Controller, Guarantee, finished
@@ -46,8 +46,8 @@ class H2Setting:
     twin_scaled: ScaledPlant
 
     def riccati(self) -> tuple[RiccatiSolution, RiccatiSolution]:
-        """Return regulator and filter of the twin by Riccati equations."""
-        return lqr(self.twin), kalman(self.twin)
+        """Return regulator and filter of the plant by Riccati equations."""
+        return lqr(self.plant), kalman(self.plant)
 
     def twin_state_feedback(self, K: Array) -> Array:
         """Return a state feedback of the plant as one of the twin."""
@@ -69,10 +69,9 @@ def h2_setting(plant: GeneralisedPlant) -> H2Setting:
     AccuracyError
         If the modes of a plant in raw coordinates cannot be told apart.
     """
+    check_assumptions(plant)
     energy = scaled(plant)
-    check_finite_cost(plant)
     twin, twin_scaled = (plant, energy) if energy.diagonal else energy.energy_plant(plant)
-    check_assumptions(twin)
     return H2Setting(plant, energy, twin, twin_scaled)
 
 
@@ -134,7 +133,7 @@ def finished_h2(
         The inequalities' own bound on the cost, shown beside what is achieved.
     seconds : mapping of str to float
     """
-    optimum = optimal_cost(setting.twin, *setting.riccati())
+    optimum = optimal_cost(setting.plant, *setting.riccati())
     cost = setting.cost(made.system)
     F, L = gains
     return finished(
