@@ -12,7 +12,16 @@ import pytest
 import slewctl
 
 PACKAGE = Path(slewctl.__file__).parent
-SHARED = {"_show", "_types", "equivalent", "errors", "frequency", "linalg", "peaks"}
+SHARED = {
+    "_show",
+    "_types",
+    "equivalent",
+    "errors",
+    "frequency",
+    "linalg",
+    "observability",
+    "peaks",
+}
 # Each room may import the rooms named here, beside itself and the shared modules.
 MAY_IMPORT = {
     "arm": set(),

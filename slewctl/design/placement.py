@@ -9,7 +9,8 @@ from time import perf_counter
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.design.lqg import observer_feedback
+from slewctl.design.breakdown import guarded
+from slewctl.design.observer import observer_feedback
 from slewctl.design.placement_wishes import (
     Wanted,
     check_damped,
@@ -46,6 +47,7 @@ from slewctl.plant import GeneralisedPlant
 Pole = complex | Sequence[float]
 
 
+@guarded
 def pole_placement(
     plant: GeneralisedPlant,
     *,
@@ -157,6 +159,7 @@ def pole_placement(
     )
 
 
+@guarded
 def place(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
     """Return the state feedback gain K that gives A − B₂K the wanted poles.
 
@@ -187,6 +190,7 @@ def place(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
     return _state_feedback(plant, energy, loop, wanted).verified.gain
 
 
+@guarded
 def place_observer(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
     """Return the observer gain K_f that gives A − K_f C₂ the wanted poles.
 
