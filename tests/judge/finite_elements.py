@@ -10,11 +10,12 @@ w'(0) = θ; hub and payload are a mass and two inertias at the nodes at the ends
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.polynomial import Polynomial, legendre
 from scipy.linalg import eigh
 
 Array = np.ndarray
@@ -144,28 +145,33 @@ def _node(k: int) -> tuple[int, int]:
 
 def _functions(e: int, h: float, xi: Array, d: int, radius: float) -> tuple[list[int], Array]:
     """Return the numbers of an element's functions and their d-th derivatives at ξ in [−1, 1]."""
-    ends = np.array([[0.5, -0.75, 0, 0.25], [0.25, -0.25, -0.25, 0.25],
-                     [0.5, 0.75, 0, -0.25], [-0.25, -0.25, 0.25, 0.25]])  # fmt: skip
-    powers = [np.polynomial.Polynomial(c).deriv(d)(xi) if d else np.polynomial.Polynomial(c)(xi)
-              for c in ends]  # fmt: skip
-    left, left_slope, right, right_slope = powers
-    left_slope, right_slope = left_slope * h / 2, right_slope * h / 2
-    inside = [_bubble(k, d, xi) for k in range(2, _INSIDE + 1)]
+    ends, inside = _on_the_unit_element(tuple(xi), d)
+    left, left_slope, right, right_slope = ends * [[1.0], [h / 2], [1.0], [h / 2]]
     w2, s2 = _node(e + 1)
-    own = [s2 + 1 + k for k in range(len(inside))]
     if e == 0:
         columns, numbers = [radius * left + left_slope, right, right_slope], [0, w2, s2]
     else:
         columns, numbers = [left, left_slope, right, right_slope], [*_node(e), w2, s2]
     values = np.column_stack([*columns, *inside]) * (2 / h) ** d
-    return [*numbers, *own], values
+    return [*numbers, *range(s2 + 1, s2 + 1 + len(inside))], values
 
 
-def _bubble(k: int, d: int, xi: Array) -> Array:
-    """Return the d-th derivative of the function with second derivative P_k and no end values."""
-    series = np.eye(k + 1)[k]
-    twice = legendre.legint(legendre.legint(series, lbnd=-1), lbnd=-1)
-    return legendre.legval(xi, legendre.legder(twice, d) if d else twice)
+@cache
+def _on_the_unit_element(xi: tuple[float, ...], d: int) -> tuple[Array, Array]:
+    """Return d-th derivatives of the four Hermite functions on [−1, 1] and of those inside.
+
+    The ones inside have the second derivatives P_k, k = 2, 3 …, and no value and no slope at
+    either end.
+    """
+    at = np.array(xi)
+    hermite = ([0.5, -0.75, 0, 0.25], [0.25, -0.25, -0.25, 0.25],
+               [0.5, 0.75, 0, -0.25], [-0.25, -0.25, 0.25, 0.25])  # fmt: skip
+    ends = [Polynomial(c).deriv(d)(at) if d else Polynomial(c)(at) for c in hermite]
+    inside = []
+    for k in range(2, _INSIDE + 1):
+        twice = legendre.legint(legendre.legint(np.eye(k + 1)[k], lbnd=-1), lbnd=-1)
+        inside.append(legendre.legval(at, legendre.legder(twice, d) if d else twice))
+    return np.array(ends), np.array(inside)
 
 
 def _modes(M: Array, K: Array) -> tuple[Array, Array]:

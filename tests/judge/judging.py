@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from finite_elements import Elements, elements
-from own_loop import Law, OwnLoop, brute_margins, h2_cost, plant
+from own_figures import brute_margins, h2_cost
+from own_loop import Law, OwnLoop, plant
 from random_designs import Design
 
 # Gains next to the one that puts a pole on the axis.
