@@ -24,7 +24,7 @@ from slewctl.compare import advice
 from slewctl.errors import SlewctlError
 from slewctl.files import read_design
 
-FILES = {"reader": 2000, "check": 200} | dict.fromkeys(LIMITS_S.keys() - {"check"}, 20)
+FILES = {"reader": 2000, **dict.fromkeys(LIMITS_S, 20), "check": 200}
 
 
 def read(text: str, folder: Path) -> tuple[str, tuple[str, ...]]:
@@ -48,7 +48,8 @@ def read(text: str, folder: Path) -> tuple[str, tuple[str, ...]]:
 
 def kind_of(fault: str, folder: str) -> str:
     """Return a fault without the numbers and names that differ from file to file."""
-    return re.sub(r"[\d.]+(e[+-]?\d+)?", "#", fault.replace(folder, ""))[:120]
+    plain = fault.replace(folder, "").split("; known:")[0]
+    return re.sub(r"[\d.]+(e[+-]?\d+)?", "#", plain)[:120]
 
 
 def fuzz(command: str, count: int, seed: int, kept: Path) -> None:
