@@ -43,12 +43,15 @@ def main() -> None:
         print(f"  {'not designed, ' + name:60}{count:8}")
     for name, gaps in tally.gaps.items():
         print(f"  {name + ', relative gap':46}median {np.median(gaps):.1e}, most {max(gaps):.1e}")
-    print(f"wrong verdicts: {len(tally.wrong)}")
-    for line in tally.wrong:
-        print(f"  {line}")
-    print(f"verdicts that the arm's higher modes contradict: {len(tally.unlike_the_arm)}")
-    for line in tally.unlike_the_arm:
-        print(f"  {line}")
+    lists = {
+        "wrong verdicts": tally.wrong,
+        "verdicts that the arm's higher modes contradict": tally.unlike_the_arm,
+        "wrong margins, told as confirmed, and wrong costs": tally.wrong_figures,
+    }
+    for title, lines in lists.items():
+        print(f"{title}: {len(lines)}")
+        for line in lines:
+            print(f"  {line}")
 
 
 if __name__ == "__main__":

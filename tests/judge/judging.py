@@ -13,6 +13,8 @@ from random_designs import Design
 
 # Gains next to the one that puts a pole on the axis.
 NEAR = (1e-3, 1e-5, 1e-7)
+# Of margins and costs, relative; both models are converged to about 1e-10.
+AGREE = 1e-6
 
 
 @dataclass
@@ -27,13 +29,16 @@ class Tally:
     unlike_the_arm : list of str
         Verdicts, the same on both truths, that the whole finite-element model contradicts.
     gaps : dict of str to list of float
-        Relative differences of margins and costs.
+        Relative differences of margins and costs, of the margins that are told as confirmed.
+    wrong_figures : list of str
+        Those larger than `AGREE`.
     """
 
     counts: Counter[str] = field(default_factory=Counter)
     wrong: list[str] = field(default_factory=list)
     unlike_the_arm: list[str] = field(default_factory=list)
     gaps: dict[str, list[float]] = field(default_factory=dict)
+    wrong_figures: list[str] = field(default_factory=list)
 
     def judge(self, designs: Iterable[Design], figures: int = 0) -> Tally:
         """Judge designs; of the first `figures` stable ones margins and cost as well."""
@@ -86,18 +91,20 @@ class Tally:
         found, law, modes = elements(design.arm, design.modes), design.law, design.modes
         own = OwnLoop(plant(found, modes, law), law)
         brute, loop = brute_margins(own), design.loop(modes)
-        told = loop.margins
-        pairs = {
-            "gain up": (10 ** (told.gain_db.value / 20), brute.up),
-            "gain down": (10 ** (told.gain_reduction_db.value / 20), brute.down),
-            "phase": (told.phase_deg.value, brute.phase_deg),
-        }
+        told, pairs = loop.margins, {}
+        self.counts["margins not confirmed"] += not told.confirmed
+        if told.confirmed:
+            pairs["gain up"] = 10 ** (told.gain_db.value / 20), brute.up
+            pairs["gain down"] = 10 ** (told.gain_reduction_db.value / 20), brute.down
+            pairs["phase"] = told.phase_deg.value, brute.phase_deg
         if law.sample_time or not law.D.any():  # else the cost is infinite
             cost = h2_cost(own, found, modes, design.objective.limits, design.objective.noise)
             pairs["H2 cost"] = (loop.h2.value, cost)
         for name, (claimed, right) in pairs.items():
             gap = 0.0 if claimed == right else abs(claimed / right - 1)
             self.gaps.setdefault(name, []).append(gap)
+            if not gap <= AGREE:
+                self.wrong_figures.append(f"{name} {claimed:.9g}, not {right:.9g}: {design}")
 
 
 def _lost(found: Elements, law: Law, modes: int) -> int:

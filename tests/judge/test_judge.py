@@ -19,9 +19,6 @@ from random_designs import Design, random_designs
 
 import slewctl as sc
 
-# Margins and costs of the two models: both are converged to about 1e-10.
-AGREE = 1e-6
-
 
 def holds(tally: Tally, designs: int) -> None:
     """Assert that no verdict is wrong, and that there was something to judge."""
@@ -31,8 +28,8 @@ def holds(tally: Tally, designs: int) -> None:
     assert min(counts["stable"], counts["unstable"]) > designs / 4
     assert min(counts[f"next to the axis, {v}"] for v in ("stable", "unstable")) > designs / 2
     assert set(tally.gaps) == {"gain up", "gain down", "phase", "H2 cost"}
-    for name, gaps in tally.gaps.items():
-        assert max(gaps) < AGREE, name
+    assert tally.wrong_figures == []
+    assert counts["margins not confirmed"] == 0
 
 
 def test_no_verdict_is_wrong_and_no_margin_or_cost() -> None:
