@@ -22,9 +22,10 @@ from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError
 
 
-def balance(A: Array) -> Array:
+def balance(A: Array | ComplexArray) -> Array:
     """Return state scales s (powers of two) for which diag(1/s) A diag(s) is balanced."""
-    _, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    with np.errstate(invalid="ignore"):  # scipy casts scales beyond int64 to permutations
+        _, (scale, _) = matrix_balance(A, permute=False, separate=True)
     return np.asarray(scale, dtype=float)
 
 

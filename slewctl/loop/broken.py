@@ -58,11 +58,16 @@ class BrokenLoop:
 
     @property
     def last(self) -> float:
-        """L at infinite frequency, or at half the sampling frequency."""
+        """L at infinite frequency, or at half the sampling frequency.
+
+        Infinite, of unknown sign, where a sampled loop has a pole at z = −1: it is real there,
+        but of a pole within rounding of −1 nothing but the size is known.
+        """
         if not self.step:
             return self.D
         value = complex(self.response(np.array([self.response.nyquist]))[0])
-        return float(value.real)
+        lost = abs(value) >= 1 and abs(value.imag) > 1e-6 * abs(value)
+        return np.inf if lost else float(value.real)
 
     def closed(self, factor: complex) -> ComplexArray | Array:
         """Return the state matrix of the loop closed with f·L."""
@@ -92,6 +97,11 @@ class BrokenLoop:
         size = float(np.linalg.norm(self.A, 2) + np.linalg.norm(fed, 2)) if len(matrix) else 0.0
         rounding = len(matrix) * np.finfo(float).eps * (size + (1.0 if self.step else 0.0))
         return int(np.sum(growth > rounding)), int(np.sum(growth > -rounding))
+
+    @property
+    def stable_if_reversed(self) -> bool:
+        """Whether the loop is stable with the opposite sign of the feedback, 1 − L."""
+        return abs(1 - self.D) > 4 * float(np.finfo(float).eps) and not self.unstable(-1.0)[1]
 
     def points(self, omega: Array) -> ComplexArray:
         """Return s = jω, or δ = e^(jωT) − 1, for each ω in rad/s."""

@@ -13,6 +13,7 @@ from slewctl import ClampedFree, assemble, close, generalised_plant, lqg, truth
 from slewctl.errors import InputError
 from slewctl.loop import UnstableLoopError
 from slewctl.loop.hybrid import delayed_loop, sampled_with_delay, smallest_delay
+from slewctl.loop.parts import static
 from slewctl.loop.public import hybrid_delay_margin, margins
 from slewctl.plant import sampled_plant
 
@@ -24,7 +25,7 @@ def radius(loop: control.StateSpace) -> float:
 
 
 def continuous(loop: FlexibleLoop) -> control.StateSpace:
-    one = control.StateSpace([], [], [], [[1.0]])
+    one = static(1.0)
     return FlexibleLoop(loop.omega, loop.zeta, loop.residues, one).plant
 
 
@@ -130,7 +131,7 @@ def test_smallest_delay_takes_any_loop() -> None:
     """A loop given by hand: a pure delay of whole samples, L = k z^(−1−d)."""
 
     def loop(delay: float) -> control.StateSpace:
-        return delayed_loop(control.ss(2.0 / (S + 1)), control.ss([], [], [], [[3.0]], 0.2))(delay)
+        return delayed_loop(control.ss(2.0 / (S + 1)), static(3.0, 0.2))(delay)
 
     found = smallest_delay(loop, 0.2)
     assert radius(loop(found.seconds * (1 - 1e-6))) < 1 < radius(loop(found.seconds * (1 + 1e-6)))
