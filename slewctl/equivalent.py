@@ -16,7 +16,7 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.frequency import sample_time
-from slewctl.linalg import balance
+from slewctl.linalg import balance_system
 
 Matrix = Array | ComplexArray
 # A pole nearer to −1 than this is turned away from it.
@@ -90,7 +90,7 @@ def _balanced(A: Matrix, B: Matrix, C: Matrix) -> tuple[Matrix, Matrix, Matrix]:
     """Balance A by powers of two, and let B and C enter with equal size."""
     if not len(A):
         return A, B, C
-    scale: Any = balance(A)  # real beside matrices that may be complex
+    scale: Any = balance_system(A, B, C)  # real beside matrices that may be complex
     b, c = B / scale[:, None], C * scale
     ratio = np.sqrt(np.linalg.norm(c) / np.linalg.norm(b)) if b.any() and c.any() else 1.0
     return np.asarray(A / scale[:, None] * scale), np.asarray(b * ratio), np.asarray(c / ratio)

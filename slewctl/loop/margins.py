@@ -35,6 +35,8 @@ from slewctl.loop.perturbation import Perturbation
 
 # |L| is one at all frequencies when it differs by no more than this and its rounding.
 _ALL_PASS = 1e-10
+# L is known where it is this much larger than its rounding error.
+_KNOWN = 0.1
 _NO_GAIN = "L is nowhere real and negative where the gain would have to {}"
 _SMALL = "|L| is below one at all frequencies"
 _LARGE = "|L| is above one at all frequencies"
@@ -255,14 +257,14 @@ def _gain_limits(loop: BrokenLoop, real: Crossings) -> list[Limit]:
     if not len(loop.A):
         return [Limit(-1 / loop.D, np.inf)] if loop.D < 0 else []
     omega = np.concatenate([[0.0], real.omega, [loop.response.nyquist] if loop.step else []])
-    values = loop.response(omega)
-    # A double integrator in rounded coordinates has a finite, meaningless L(0).
-    known = loop.response.uncertainty(omega) < 0.1 * np.abs(values)
-    found = [
-        Limit(float(-1 / value.real), float(w))
-        for w, value in zip(omega[known], values[known], strict=True)
-        if np.isfinite(value) and value.real < 0
-    ]
+    values, doubtful = loop.response(omega), loop.response.uncertainty(omega)
+    found = []
+    for w, value, rounding in zip(omega.tolist(), values.tolist(), doubtful, strict=True):
+        # A double integrator in rounded coordinates has a finite, meaningless L(0).
+        if w and not rounding < _KNOWN * abs(value):
+            value, rounding = loop.solved(w)
+        if rounding < _KNOWN * abs(value) < np.inf and value.real < 0:
+            found.append(Limit(-1 / value.real, w))
     if not loop.step and loop.D < 0:
         found.append(Limit(-1 / loop.D, np.inf))
     return sorted(found, key=lambda limit: limit.value)

@@ -49,17 +49,15 @@ class Modes:
     rest: str
     parts: Callable[[float], ComplexArray]
 
-    def largest(self, hertz: float | None, value: ComplexArray | complex) -> str:
+    def largest(self, hertz: float, value: ComplexArray | complex) -> str:
         """Return the name of what has the largest share in L at a frequency.
 
         Parameters
         ----------
-        hertz : float or None
+        hertz : float
         value : complex or ndarray
             L there.
         """
-        if hertz is None:
-            return ""
         with np.errstate(all="ignore"):  # a pole on the axis: its part is infinite
             parts = self.parts(2 * np.pi * hertz)
             rest = np.reshape(value, parts.shape[1:]) - parts.sum(axis=0)

@@ -153,3 +153,16 @@ def test_loop_of_an_arm_agrees_with_the_exactly_sampled_plant() -> None:
     again = margins(loop.plant, controller)
     assert again.phase_deg.value == pytest.approx(loop.margins.phase_deg.value, rel=1e-9)
     assert again.gain_db.value == pytest.approx(loop.margins.gain_db.value, rel=1e-9)
+
+
+@pytest.mark.parametrize("lag", [0.01, 0.05])
+def test_a_controller_with_a_pole_at_minus_one(lag: float) -> None:
+    """Infinite at half the sampling frequency: less than a sample is stood, and the poles say it."""
+    P, K = control.ss(1 / (lag * S + 1)), control.tf([0.1], [1, 1], 0.1)
+    found = hybrid_delay_margin(P, K)
+    with_delay = delayed_loop(P, control.ss(K))
+    for delay in np.linspace(0, found.seconds * (1 - 1e-6), 20):
+        assert radius(with_delay(delay)) < 1
+    assert radius(with_delay(found.seconds * (1 + 1e-6))) > 1
+    assert found.seconds < 0.1
+    assert margins(P, K).delay_s.value == 0
