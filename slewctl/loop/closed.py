@@ -14,6 +14,7 @@ from slewctl.design import Controller
 from slewctl.errors import SlewctlError
 from slewctl.frequency import FrequencyResponse
 from slewctl.linalg import H2Cost, h2_cost, stability_threshold
+from slewctl.loop.broken import BrokenLoop
 from slewctl.loop.margins import Margins, classical_margins
 from slewctl.loop.naming import Modes, modes_of_pair
 from slewctl.loop.parts import Pair
@@ -175,8 +176,7 @@ class Loop:
     def require_stable(self, what: str) -> None:
         """Raise `UnstableLoopError` if the loop has not got `what` because it is unstable."""
         if not self.stable:
-            raise UnstableLoopError(
-                f"the loop is unstable at {self.unstable_hz[0]:.4g} Hz and has not {what}",
-                where="loop",
-                remedy="ask loop.stable first",
-            )
+            said = f"the loop is unstable at {self.unstable_hz[0]:.4g} Hz and has not {what}"
+            if BrokenLoop(self.return_ratio).stable_if_reversed:
+                said += "; with the opposite sign of the feedback it is stable"
+            raise UnstableLoopError(said, where="loop", remedy="ask loop.stable first")

@@ -13,7 +13,18 @@ from loop_examples import TWO_SENSORS, loop_on, stable_loop, uniform_arm
 from random_multiloops import flexible_plant, lqg_controller
 from strategies import deterministic
 
-from slewctl import Controller, InputError, Loop, UnstableLoopError, state_space
+from slewctl import (
+    ClampedFree,
+    Controller,
+    InputError,
+    Loop,
+    UnstableLoopError,
+    assemble,
+    close,
+    generalised_plant,
+    lqg,
+    state_space,
+)
 from slewctl.loop.gap import (
     best_output_scale,
     gap_between,
@@ -50,8 +61,6 @@ def turned(system: control.StateSpace) -> control.StateSpace:
 
 
 def sampled_loop() -> Loop:
-    from slewctl import ClampedFree, assemble, close, generalised_plant, lqg
-
     plant = generalised_plant(assemble(uniform_arm(), ClampedFree(2)), TWO_SENSORS)
     return close(assemble(uniform_arm(), ClampedFree(4)), TWO_SENSORS, lqg(plant, sample_time=0.05))
 
@@ -144,6 +153,10 @@ def test_an_unstable_loop_says_when_only_its_sign_is_wrong() -> None:
     with pytest.raises(UnstableLoopError, match=says):
         multiloop_margins(output_loop(path, K))
     loop = sampled_loop()
+    for closed, system in ((LOOP, K), (loop, loop.controller.system)):
+        minus = named(-system, inputs=system.input_labels, outputs=system.output_labels)
+        with pytest.raises(UnstableLoopError, match=says):
+            _ = close(closed.model, closed.objective, minus).margins
     with pytest.raises(UnstableLoopError, match=says):
         hybrid_delay_margin(loop.plant, loop.controller.system)
     for either in (-1, 1):  # a pole at +1 that a gain of 1/2 does not reach
