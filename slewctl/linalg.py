@@ -29,6 +29,29 @@ def balance(A: Array) -> Array:
     return np.asarray(scale, dtype=float)
 
 
+def balance_system(A: Array, B: Array, C: Array) -> Array:
+    """Return state scales s (powers of two) for which A, B and C are of comparable size.
+
+    They balance [A, b; c, 0], where b and c are the sizes of B's rows and C's columns, in
+    units of inputs and outputs that make b and c as large as A: a state that A couples with
+    no other is scaled by what reaches it and where it is seen.
+    """
+    n = len(A)
+    if not n:
+        return np.ones(0)
+    inner = balance(A)
+    A, B, C = A / inner[:, None] * inner, B / inner[:, None], C * inner
+    b, c = np.linalg.norm(B, axis=1), np.linalg.norm(C, axis=0)
+    through = np.linalg.norm(b) ** 0.5 * np.linalg.norm(c) ** 0.5
+    if not through:
+        return inner
+    unit = (np.linalg.norm(A) or 1.0) / through
+    whole = np.zeros((n + 1, n + 1))
+    whole[:n, :n], whole[:n, n], whole[n, :n] = A, unit * b, unit * c
+    scale = balance(whole)
+    return inner * scale[:n] / scale[n]
+
+
 @dataclass(frozen=True, eq=False)
 class RiccatiSolution:
     """The stabilising solution of AᵀX + XA − XBR⁻¹BᵀX + Q = 0 and its gain.
@@ -190,7 +213,7 @@ def h2_cost(A: Array, B: Array, C: Array) -> H2Cost:
     A, B, C : ndarray, shapes (n, n), (n, m), (p, n)
         A must be stable; the caller decides stability first.
     """
-    scale = balance(A)
+    scale = balance_system(A, B, C)
     As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
     P = solve_continuous_lyapunov(As, -Bs @ Bs.T)
     W = solve_continuous_lyapunov(As.T, -Cs.T @ Cs)
@@ -254,7 +277,7 @@ def discrete_h2_cost(A: Array, B: Array, C: Array, D: Array) -> H2Cost:
     A, B, C, D : ndarray, shapes (n, n), (n, m), (p, n), (p, m)
         A must be stable; the caller decides stability first.
     """
-    scale = balance(A)
+    scale = balance_system(A, B, C)
     As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
     at_once = float(np.sum(D**2))
     value = float(np.sum((Cs @ solve_discrete_lyapunov(As, Bs @ Bs.T)) * Cs)) + at_once
