@@ -19,7 +19,7 @@ from scipy.linalg import (
     solve_triangular,
 )
 
-from slewctl._types import Array
+from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError
 
 
@@ -49,6 +49,25 @@ def balance_system(
     whole[-1, :-1] = np.linalg.norm(C, axis=0)
     scale = balance(whole)
     return np.asarray(scale[:-1] / scale[-1])
+
+
+def balance_realisation(A: Array, B: Array, C: Array) -> Array:
+    """Return state scales s (powers of two) for which A, B and C are of comparable size.
+
+    As `balance_system`, in units of inputs and outputs that make B and C as large as A: a
+    state that A couples with no other is scaled by what reaches it and where it is seen.
+    """
+    n = len(A)
+    if not n:
+        return np.ones(0)
+    inner = balance(A)
+    A, B, C = A / inner[:, None] * inner, B / inner[:, None], C * inner
+    b, c = np.linalg.norm(B, axis=1), np.linalg.norm(C, axis=0)
+    through = np.linalg.norm(b) ** 0.5 * np.linalg.norm(c) ** 0.5
+    if not through:
+        return inner
+    unit = (np.linalg.norm(A) or 1.0) / through
+    return inner * balance_system(A, unit * B, unit * C)
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,7 +231,7 @@ def h2_cost(A: Array, B: Array, C: Array) -> H2Cost:
     A, B, C : ndarray, shapes (n, n), (n, m), (p, n)
         A must be stable; the caller decides stability first.
     """
-    scale = balance(A)
+    scale = balance_realisation(A, B, C)
     As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
     P = solve_continuous_lyapunov(As, -Bs @ Bs.T)
     W = solve_continuous_lyapunov(As.T, -Cs.T @ Cs)
@@ -276,7 +295,7 @@ def discrete_h2_cost(A: Array, B: Array, C: Array, D: Array) -> H2Cost:
     A, B, C, D : ndarray, shapes (n, n), (n, m), (p, n), (p, m)
         A must be stable; the caller decides stability first.
     """
-    scale = balance(A)
+    scale = balance_realisation(A, B, C)
     As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
     at_once = float(np.sum(D**2))
     value = float(np.sum((Cs @ solve_discrete_lyapunov(As, Bs @ Bs.T)) * Cs)) + at_once

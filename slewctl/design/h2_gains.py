@@ -124,7 +124,7 @@ def build_estimator(plant: GeneralisedPlant) -> GainProblem:
 
 def solve_state_feedback(problem: GainProblem) -> H2Gain:
     """Return the state feedback of a built problem."""
-    setting, plant = problem.setting, problem.setting.plant
+    setting, plant, twin = problem.setting, problem.setting.plant, problem.setting.twin
     solved = _solved(problem, "h2_state_feedback")
     K = setting.scaled.state_feedback(problem.lmi.gain)
     cost = stable_cost(plant.A - plant.B2 @ K, plant.B1, plant.C1 - plant.D12 @ K)
@@ -133,14 +133,14 @@ def solve_state_feedback(problem: GainProblem) -> H2Gain:
     return solved.result(
         K,
         cost,
-        float(np.trace(plant.B1.T @ X @ plant.B1)),
+        float(np.trace(twin.B1.T @ X @ twin.B1)),
         setting.scaled.rate * float(scaled_cost),
     )
 
 
 def solve_estimator(problem: GainProblem) -> H2Gain:
     """Return the estimator of a built problem."""
-    setting, plant = problem.setting, problem.setting.plant
+    setting, plant, twin = problem.setting, problem.setting.plant, problem.setting.twin
     solved = _solved(problem, "h2_estimator")
     Kf = setting.scaled.observer_gain(problem.lmi.gain.T)
     cost = stable_cost(plant.A - Kf @ plant.C2, plant.B1 - Kf @ plant.D21, plant.C1)
@@ -149,7 +149,7 @@ def solve_estimator(problem: GainProblem) -> H2Gain:
     return solved.result(
         Kf,
         cost,
-        float(np.trace(plant.C1 @ Y @ plant.C1.T)),
+        float(np.trace(twin.C1 @ Y @ twin.C1.T)),
         setting.scaled.rate * float(scaled_cost),
     )
 

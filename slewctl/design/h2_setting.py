@@ -12,12 +12,12 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.design.achieved import closed_cost
 from slewctl.design.lqg import optimal_cost
-from slewctl.design.lqr import check_assumptions, kalman, lqr
+from slewctl.design.lqr import check_assumptions
 from slewctl.design.observer import observer_feedback, observer_reference
 from slewctl.design.reference import Reference
 from slewctl.design.result import Check, Controller, Guarantee, finished
 from slewctl.design.scaling import ScaledPlant, scaled
-from slewctl.linalg import RiccatiSolution, h2_cost
+from slewctl.linalg import Regulator, RiccatiSolution, h2_cost
 from slewctl.plant import GeneralisedPlant
 
 # A result whose recomputed cost lies further above the optimum is not called optimal.
@@ -46,8 +46,14 @@ class H2Setting:
     twin_scaled: ScaledPlant
 
     def riccati(self) -> tuple[RiccatiSolution, RiccatiSolution]:
-        """Return regulator and filter of the plant by Riccati equations."""
-        return lqr(self.plant), kalman(self.plant)
+        """Return regulator and filter of the twin by Riccati equations.
+
+        In its states they keep digits that raw coordinates lose; whether its controllers are
+        the plant's, the cost recomputed from the plant as given decides.
+        """
+        p = self.twin
+        regulator = Regulator.of(p.A, p.B2, p.C1, p.D12).solve()
+        return regulator, Regulator.of(p.A.T, p.C2.T, p.B1.T, p.D21.T).solve()
 
     def twin_state_feedback(self, K: Array) -> Array:
         """Return a state feedback of the plant as one of the twin."""
@@ -133,7 +139,7 @@ def finished_h2(
         The inequalities' own bound on the cost, shown beside what is achieved.
     seconds : mapping of str to float
     """
-    optimum = optimal_cost(setting.plant, *setting.riccati())
+    optimum = optimal_cost(setting.twin, *setting.riccati())
     cost = setting.cost(made.system)
     F, L = gains
     return finished(
