@@ -12,7 +12,8 @@ import pytest
 import slewctl
 
 PACKAGE = Path(slewctl.__file__).parent
-SHARED = {"_show", "_types", "equivalent", "errors", "frequency", "linalg", "peaks"}
+SHARED = {"_show", "_types", "breakdown", "equivalent", "errors", "escape", "frequency", "linalg",
+          "peaks", "textfile"}  # fmt: skip
 # Each room may import the rooms named here, beside itself and the shared modules.
 MAY_IMPORT = {
     "arm": set(),
