@@ -73,8 +73,7 @@ def xml(text: str) -> str:
 
 def github_data(text: str) -> str:
     """Return text as the message of a workflow command of GitHub Actions."""
-    escaped = text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-    return visible(escaped)
+    return visible(text).replace("%", "%25").replace("\n", "%0A")
 
 
 def github_property(text: str) -> str:

@@ -13,8 +13,9 @@ from typing import Any
 import click
 from rich.table import Table
 
+from slewctl.breakdown import computing
 from slewctl.cli.options import OUT_FOLDER, PARQUET
-from slewctl.cli.terminal import ERR, OUT, counter, progress, show
+from slewctl.cli.terminal import ERR, OUT, counter, number_table, progress, show
 from slewctl.compare import (
     COLUMNS,
     Recommendation,
@@ -25,7 +26,7 @@ from slewctl.compare import (
     run_study,
 )
 from slewctl.errors import InputError
-from slewctl.files import find_arm, read_study
+from slewctl.files import computing_arm, find_arm, read_study
 
 
 @click.command("study")
@@ -51,7 +52,11 @@ def study_command(
     study = read_study(file)
     results = out / "results.jsonl"
     try:
-        with _executor(dask) as executor, counter(count_points(study)) as step:
+        with (
+            _executor(dask) as executor,
+            counter(count_points(study)) as step,
+            computing(str(file)),
+        ):
             result = run_study(
                 study, results, stamp=_stamp(study), executor=executor,
                 workers=workers, resume=resume, progress=step,
@@ -109,19 +114,19 @@ def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
     """
     chosen = find_arm(arm)
     names = [name.strip() for name in sensors.split(",")]
-    with progress(count_trials()) as step:
+    with progress(count_trials()) as step, computing_arm(arm):
         advice = recommend(chosen, names, progress=step)
     if as_json:
-        OUT.print(json.dumps(advice.to_dict(), indent=1), soft_wrap=True)
+        OUT.text(json.dumps(advice.to_dict(), indent=1))
         return
-    OUT.print(str(advice), soft_wrap=True)
+    OUT.text(str(advice))
     show(_evidence(advice))
 
 
 def _evidence(advice: Recommendation) -> Table:
     """Return the bandwidth limit in Hz of every basis and number of functions."""
     orders = sorted({trial.n for trial in advice.trials})
-    table = Table("bandwidth limit (Hz)", *(f"n = {n}" for n in orders), box=None)
+    table = number_table("bandwidth limit (Hz)", *(f"n = {n}" for n in orders))
     for basis in dict.fromkeys(trial.basis for trial in advice.trials):
         limits = [advice.limit(basis, n) for n in orders]
         table.add_row(basis, *(f"{limit:.4g}" if limit else "none" for limit in limits))

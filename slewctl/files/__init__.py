@@ -1,6 +1,6 @@
 """Design files: TOML in, frozen cases and requirements out."""
 
-from slewctl.files.arm_table import arm_path, find_arm, read_arm
+from slewctl.files.arm_table import computing_arm, find_arm, read_arm
 from slewctl.files.find import find_designs, is_study, name_designs
 from slewctl.files.lines import key_lines
 from slewctl.files.reader import DesignFile, read_design, read_designs
@@ -12,7 +12,7 @@ __all__ = [
     "DesignFile",
     "Source",
     "Variation",
-    "arm_path",
+    "computing_arm",
     "find_arm",
     "find_designs",
     "is_study",

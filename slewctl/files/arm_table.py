@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from slewctl.arm import (
     Stations,
     catalogue,
 )
+from slewctl.breakdown import computing
 from slewctl.errors import InputError, check_choice, check_number, shown
 from slewctl.files.faults import Faults
 from slewctl.files.refusals import validate
@@ -40,11 +42,17 @@ def find_arm(name: str) -> Arm:
     InputError
         As `read_arm`, or for a name that is neither.
     """
-    path = arm_path(name)
+    path = _path(name)
     return catalogue.get(name) if path is None else read_arm(path)
 
 
-def arm_path(name: str) -> Path | None:
+def computing_arm(name: str) -> AbstractContextManager[None]:
+    """Return a context in which whatever a computation on this arm raises names its place."""
+    path = _path(name)
+    return computing(name) if path is None else read_source(path).computing()
+
+
+def _path(name: str) -> Path | None:
     """Return the file that a name of an arm means, None if it is one of the catalogue."""
     path = Path(name)
     known = name in catalogue.names()
@@ -106,12 +114,9 @@ def _unchanged(table: ArmTable) -> Arm:
 
 def _beam(table: BeamTable) -> Beam:
     faults = Faults()
-    profiles = [
-        faults.attempt(_profile, getattr(table, name), f"arm.beam.{name}")
-        for name in ("mass_per_length", "bending_stiffness")
-    ]
-    faults.tell()
-    return Beam(table.length, *profiles)
+    mass = faults.attempt(_profile, table.mass_per_length, "arm.beam.mass_per_length")
+    stiffness = faults.attempt(_profile, table.bending_stiffness, "arm.beam.bending_stiffness")
+    return Beam(table.length, faults.settled(mass), faults.settled(stiffness))
 
 
 def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:

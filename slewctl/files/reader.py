@@ -13,7 +13,7 @@ from typing import Any
 from slewctl.arm import Arm, catalogue, vary
 from slewctl.check import check_limits
 from slewctl.compare import Case
-from slewctl.errors import InputError, SlewctlError, shown
+from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import arm_of_table
 from slewctl.files.faults import Faults, missing
 from slewctl.files.find import find_designs, name_designs
