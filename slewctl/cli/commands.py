@@ -24,6 +24,7 @@ from slewctl.compare import (
     count_designs,
     spillover_ladder,
 )
+from slewctl.errors import InputError
 from slewctl.files import (
     DesignFile,
     computing_arm,
@@ -76,6 +77,8 @@ def compare_command(
     from slewctl.report import write_comparison  # matplotlib is only needed here
 
     names = name_designs(find_designs(paths))
+    if not names:
+        raise InputError("only studies, no design", remedy="name a design file")
     told = Told()
     designs = [told.trying(read_design, path, name, slew=True) for path, name in names.items()]
     good = [design for design in designs if design is not None]

@@ -114,8 +114,12 @@ def _unchanged(table: ArmTable) -> Arm:
 
 def _beam(table: BeamTable) -> Beam:
     faults = Faults()
-    mass = faults.attempt(_profile, table.mass_per_length, "arm.beam.mass_per_length")
-    stiffness = faults.attempt(_profile, table.bending_stiffness, "arm.beam.bending_stiffness")
+    mass: ProfileSpec | None = faults.attempt(
+        _profile, table.mass_per_length, "arm.beam.mass_per_length"
+    )
+    stiffness: ProfileSpec | None = faults.attempt(
+        _profile, table.bending_stiffness, "arm.beam.bending_stiffness"
+    )
     return Beam(table.length, faults.settled(mass), faults.settled(stiffness))
 
 
