@@ -30,7 +30,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def design(name: str, *changes: tuple[str, str]) -> Path:
     """Write a quick design in which some of the text is replaced."""
-    text = QUICK
+    text = QUICK + '[compare]\nbases = ["clamped-free"]\norders = [2]\n'
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
