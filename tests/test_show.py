@@ -34,24 +34,24 @@ def test_tables_are_well_formed_and_escaped() -> None:
 
 
 def test_results_show_themselves() -> None:
-    outcome = Judge(CASE).evaluate("clamped-free", 2)
-    assert outcome.slew is not None
+    evaluation = Judge(CASE).evaluate("clamped-free", 2)
+    loop, slew = evaluation.judgement.loop, evaluation.judgement.response
     ladder, comparison = spillover_ladder(CASE), compare([CASE])
     (case,) = comparison.cases
     reductions = compare_reductions(CASE, 2)
     worst = worst_case(CASE, {"payload_mass": (0.0, 0.1)}, samples=1, searches=0)
-    results = (outcome.loop, outcome.loop.controller, outcome.loop.margins, ladder, comparison,
+    results = (loop, loop.controller, loop.margins, ladder, comparison,
                case, reductions, worst)  # fmt: skip
     for shown in results:
         ElementTree.fromstring(shown._repr_html_())
-    assert next(iter(outcome.loop.margins.to_frame()["margin"])) == "gain_db"
+    assert next(iter(loop.margins.to_frame()["margin"])) == "gain_db"
     assert len(ladder.to_frame()) == len(ladder.rungs)
-    assert comparison.to_frame()["loss"][0] == outcome.evaluation.loss
+    assert comparison.to_frame()["h2_loss"][0] == evaluation.loss
     assert list(reductions.to_frame()["name"]) == list(SOURCES)
     assert list(worst.to_frame()["disk_margin"]) == [trial.value for trial in worst.trials]
-    np.testing.assert_array_equal(outcome.slew.to_frame()["tip"], outcome.slew.tip)
+    np.testing.assert_array_equal(slew.to_frame()["tip"], slew.tip)
     ax = Figure().subplots()
-    for drawn in (outcome.slew, ladder, case):
+    for drawn in (slew, ladder, case):
         assert drawn.plot(ax=ax) is ax
     assert len(ax.lines) == 5
 

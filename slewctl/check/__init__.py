@@ -5,11 +5,9 @@ from slewctl.check.baseline import to_record as baseline_record
 from slewctl.check.github import to_annotations
 from slewctl.check.junit import to_junit
 from slewctl.check.record import to_record
-from slewctl.check.regression import compare_with
+from slewctl.check.regression import compare_with, missing
 from slewctl.check.requirements import (
-    MARGINS,
     REQUIREMENTS,
-    Requirement,
     Verdict,
     check_limits,
     judge,
@@ -18,13 +16,11 @@ from slewctl.check.requirements import (
 from slewctl.check.result import NOMINAL, DesignResult, Finding, exit_status
 
 __all__ = [
-    "MARGINS",
     "NOMINAL",
     "REQUIREMENTS",
     "Baseline",
     "DesignResult",
     "Finding",
-    "Requirement",
     "Verdict",
     "accept",
     "baseline_record",
@@ -33,6 +29,7 @@ __all__ = [
     "exit_status",
     "judge",
     "measure",
+    "missing",
     "read_baseline",
     "to_annotations",
     "to_junit",

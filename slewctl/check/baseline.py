@@ -1,8 +1,10 @@
 """The last accepted run: what was measured then, so that nothing gets worse unseen.
 
-A file of schema ``slewctl-baseline/1``: for each design file, named from the folder of the
-baseline, a fingerprint of its text and of the programs that judged it, and for each arm the
-values measured.  Only designs that hold all their requirements are accepted.
+A file of schema ``slewctl-baseline/2``: for each design file, named from the folder of the
+baseline, a fingerprint of its text and of the programs that judged it, a digest of the text
+alone, by which a renamed file is known again, and for each arm the worst values that verdicts
+rest on.  A seal covers all of it, so that an edited value is not taken for a measured one.
+Only designs that hold all their requirements are accepted.
 """
 
 from __future__ import annotations
@@ -12,16 +14,21 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from slewctl.check.record import number
-from slewctl.check.requirements import REQUIREMENTS
 from slewctl.check.result import DesignResult
+from slewctl.compare import QUANTITIES
 from slewctl.errors import InputError, check_choice, check_number, shown
+from slewctl.textfile import read_text
 
-SCHEMA = "slewctl-baseline/1"
-_ANEW = "mend the file, or delete it and make it anew with --update-baseline"
+SCHEMA = "slewctl-baseline/2"
+# Ten thousand designs.
+_MOST_BYTES = 50_000_000
+_ANEW = "restore the file, or delete it and make it anew with --update-baseline"
+# Digits that are kept of a value: those behind them change from machine to machine.
+_DIGITS = 10
 
 
 @dataclass(frozen=True)
@@ -31,11 +38,15 @@ class Accepted:
     Attributes
     ----------
     fingerprint : str
+        Of the design file's text and the programs that judged it.
+    digest : str
+        Of the text alone.
     arms : mapping of str to mapping
-        By arm, the values measured; NaN where there was none.
+        By arm and quantity, the values measured; NaN where there was none.
     """
 
     fingerprint: str
+    digest: str
     arms: Mapping[str, Mapping[str, float]]
 
 
@@ -54,15 +65,32 @@ class Baseline:
     designs: Mapping[str, Accepted]
 
     def key(self, file: Path) -> str:
-        """Return the name of a design file from the baseline's folder, alike on every machine."""
-        try:
-            return Path(os.path.relpath(file, self.path.parent)).as_posix()
-        except ValueError:  # on another drive
-            return file.resolve().as_posix()
+        """Return the name of a design file from the baseline's folder, alike on every machine.
 
-    def accepted(self, file: Path) -> Accepted | None:
-        """Return what was accepted of a design file, None if it is new."""
-        return self.designs.get(self.key(file))
+        Links are followed on both sides: through one, ".." is another folder than it seems.
+        """
+        whole = file.resolve()
+        try:
+            return Path(os.path.relpath(whole, self.path.parent.resolve())).as_posix()
+        except ValueError:  # on another drive
+            return whole.as_posix()
+
+    def accepted(self, file: Path, digest: str = "") -> Accepted | None:
+        """Return what was accepted of a design file, None if it is new.
+
+        Parameters
+        ----------
+        file : Path
+        digest : str, optional
+            Of its text: a file that is gone and had the same text was renamed.
+        """
+        found = self.designs.get(self.key(file))
+        if found is not None:
+            return found
+        for name, entry in self.designs.items():
+            if digest and entry.digest == digest and not (self.path.parent / name).exists():
+                return entry
+        return None
 
 
 def read_baseline(path: Path, *, may_be_missing: bool = False) -> Baseline:
@@ -80,18 +108,13 @@ def read_baseline(path: Path, *, may_be_missing: bool = False) -> Baseline:
         If the file is missing, cannot be read, or is no baseline.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path, most=_MOST_BYTES)
     except FileNotFoundError:
         if may_be_missing:
             return Baseline(path, {})
         raise InputError(
             "no such baseline", where=str(path), remedy="make it with --update-baseline"
         ) from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise InputError(
-            f"cannot be read: {reason}", where=str(path), remedy="check the path"
-        ) from error
     try:
         return Baseline(path, _designs(json.loads(text)))
     except InputError as error:
@@ -104,25 +127,34 @@ def _designs(content: object) -> dict[str, Accepted]:
     table = _table(content, "")
     if table.get("schema") != SCHEMA:
         raise InputError(
-            f"not a baseline of this slewctl: its schema is {shown(table.get('schema'))}",
+            f"its schema is {shown(table.get('schema'))}, this slewctl's is {SCHEMA!r}: what is "
+            "recorded means something else",
             where="schema",
-            remedy=_ANEW,
+            remedy="delete the file and accept the designs anew with --update-baseline",
         )
     return {
-        name: _accepted(_table(entry, f"designs.{name}"), f"designs.{name}")
+        name: _accepted(name, _table(entry, f"designs.{name}"), f"designs.{name}")
         for name, entry in _table(table.get("designs"), "designs").items()
     }
 
 
-def _accepted(entry: Mapping[str, Any], where: str) -> Accepted:
+def _accepted(name: str, entry: Mapping[str, Any], where: str) -> Accepted:
+    if entry.get("seal") != _seal(name, entry):
+        raise InputError("was edited after it was written", where=where, remedy=_ANEW)
     arms = {}
     for arm, values in _table(entry.get("arms"), f"{where}.arms").items():
         place = f"{where}.arms.{arm}"
         arms[arm] = {
-            check_choice(name, REQUIREMENTS, place): _value(value, f"{place}.{name}")
+            check_choice(name, QUANTITIES, place): _value(name, value, f"{place}.{name}")
             for name, value in _table(values, place).items()
         }
-    return Accepted(str(entry.get("fingerprint")), arms)
+    return Accepted(str(entry.get("fingerprint")), str(entry.get("digest")), arms)
+
+
+def _seal(name: str, entry: Mapping[str, Any]) -> str:
+    """Return a digest of all that an entry says."""
+    said = [name, *(entry.get(key) for key in ("fingerprint", "digest", "arms"))]
+    return sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
 
 
 def _table(content: object, where: str) -> Mapping[str, Any]:
@@ -131,11 +163,12 @@ def _table(content: object, where: str) -> Mapping[str, Any]:
     raise InputError(f"{shown(content)} is no table", where=where, remedy=_ANEW)
 
 
-def _value(value: object, where: str) -> float:
+def _value(name: str, value: object, where: str) -> float:
     if value is None:
         return math.nan
-    if value in ("inf", "-inf"):
-        return float(str(value))
+    # An infinite margin may be accepted; any other infinity would let everything pass.
+    if value == "inf" and QUANTITIES[name].better == "greater":
+        return math.inf
     return check_number(value, where)
 
 
@@ -152,8 +185,8 @@ def accept(baseline: Baseline, results: Sequence[DesignResult]) -> tuple[Baselin
                 arm: {name: reading.value for name, reading in readings.items()}
                 for arm, readings in result.recorded.items()
             }
-            designs[baseline.key(result.file)] = Accepted(result.fingerprint, values)
-        elif result.status != "unchanged":
+            designs[baseline.key(result.file)] = Accepted(result.fingerprint, result.digest, values)
+        elif result.status in _WHY:
             notes.append(f"{result.name}: not accepted, since it {_WHY[result.status]}")
     for name in list(designs):
         if not (baseline.path.parent / name).exists():
@@ -167,14 +200,21 @@ _WHY = {"failed": "fails a requirement", "broken": "could not be judged"}
 
 def to_record(baseline: Baseline) -> dict[str, Any]:
     """Return a baseline as nested dictionaries, sorted by file."""
-    designs = {
-        name: {
-            "fingerprint": entry.fingerprint,
-            "arms": {
-                arm: {name: number(value) for name, value in values.items()}
-                for arm, values in entry.arms.items()
-            },
-        }
-        for name, entry in sorted(baseline.designs.items())
-    }
+    designs = {name: _entry(name, entry) for name, entry in sorted(baseline.designs.items())}
     return {"schema": SCHEMA, "designs": designs}
+
+
+def _entry(name: str, entry: Accepted) -> dict[str, Any]:
+    arms = {
+        arm: {quantity: _rounded(value) for quantity, value in values.items()}
+        for arm, values in entry.arms.items()
+    }
+    said = {"fingerprint": entry.fingerprint, "digest": entry.digest, "arms": arms}
+    return said | {"seal": _seal(name, said)}
+
+
+def _rounded(value: float) -> float | str | None:
+    """Return a value as the file holds it."""
+    if math.isnan(value):
+        return None
+    return float(f"{value:.{_DIGITS - 1}e}") if math.isfinite(value) else str(value)

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from slewctl.check.result import DesignResult
-from slewctl.check.words import sentence, title
+from slewctl.check.words import GONE, sentence, title
 from slewctl.escape import Escaped, github_data, github_property
 
 # GitHub shows ten errors of a step, so that the broken files come first.
-_ORDER = {"broken": 0, "failed": 1, "passed": 2, "unchanged": 2}
+_ORDER = {"broken": 0, "missing": 1, "failed": 1, "passed": 2, "unchanged": 2}
 
 
 def to_annotations(results: Sequence[DesignResult], root: Path) -> list[str]:
@@ -33,6 +33,8 @@ def to_annotations(results: Sequence[DesignResult], root: Path) -> list[str]:
             lines.append(
                 _command(file, result.error_line, "slewctl: cannot be judged", result.error)
             )
+        if result.missing:
+            lines.append(_command(file, None, "slewctl: missing", f"{result.name}: {GONE}"))
         for found in result.failures:
             text = f"{result.name}: {sentence(found)}"
             lines.append(_command(file, found.line, f"slewctl: {title(found)}", text))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from slewctl.check.result import DesignResult, Finding
-from slewctl.check.words import sentence, title
+from slewctl.check.words import GONE, sentence, title
 from slewctl.escape import xml
 
 
@@ -34,6 +34,9 @@ def _suite(result: DesignResult) -> ET.Element:
     if result.error:
         case = _case(suite, result, "can be judged", result.error_line)
         ET.SubElement(case, "error", message=xml(result.error))
+    elif result.missing:
+        case = _case(suite, result, "in the baseline", None)
+        ET.SubElement(case, "failure", message=GONE, type="baseline").text = GONE
     elif result.unchanged:
         case = _case(suite, result, "unchanged", None)
         ET.SubElement(case, "skipped", message="unchanged since the last accepted run")

@@ -1,4 +1,4 @@
-"""Results as a record for other programs: schema ``slewctl-check/1``.
+"""Results as a record for other programs: schema ``slewctl-check/2``.
 
 Keys are only ever added within a schema.  Infinite numbers become the strings "inf" and
 "-inf" when the record is written; missing ones are null.
@@ -6,22 +6,23 @@ Keys are only ever added within a schema.  Infinite numbers become the strings "
     schema, slewctl, status, summary, designs
     design:   name, file, status, error, line, notes, arms
     arm:      arm, requirements, baseline, measured
-    verdict:  requirement, passed, value, limit, sense, unit, frequency_hz, mode, line, note
+    verdict:  requirement, passed, value, limit, sense, unit, frequency_hz, mode, line, note, seen
 
-``status`` of the run is the exit status; that of a design is passed, failed, broken or
-unchanged.  ``measured`` holds every required quantity and all margins.
+``status`` of the run is the exit status; that of a design is passed, failed, broken, missing
+or unchanged.  ``measured`` holds every required quantity and all margins; ``seen`` the value on
+each truth, by its number of modes.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
 from slewctl.check.result import DesignResult, Finding, exit_status
 
-SCHEMA = "slewctl-check/1"
+SCHEMA = "slewctl-check/2"
+_STATUS = ("passed", "failed", "broken", "missing", "unchanged")
 
 
 def to_record(results: Sequence[DesignResult], version: str) -> dict[str, Any]:
@@ -33,7 +34,7 @@ def to_record(results: Sequence[DesignResult], version: str) -> dict[str, Any]:
     version : str
         Version of slewctl.
     """
-    status = Counter(result.status for result in results)
+    status: list[str] = [result.status for result in results]
     findings = [found for result in results for found in result.findings]
     return {
         "schema": SCHEMA,
@@ -41,7 +42,7 @@ def to_record(results: Sequence[DesignResult], version: str) -> dict[str, Any]:
         "status": exit_status(results),
         "summary": {
             "designs": len(results),
-            **{word: status[word] for word in ("passed", "failed", "broken", "unchanged")},
+            **{word: status.count(word) for word in _STATUS},
             "verdicts": len(findings),
             "verdicts_failed": sum(not found.verdict.passed for found in findings),
         },
@@ -88,10 +89,11 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "passed": verdict.passed,
         "value": number(verdict.value),
         "limit": verdict.limit,
-        "sense": verdict.sense,
-        "unit": verdict.unit,
+        "sense": verdict.quantity.sense,
+        "unit": verdict.quantity.unit,
         "frequency_hz": verdict.frequency_hz,
         "mode": verdict.mode,
         "line": finding.line,
         "note": verdict.note,
+        "seen": [{"modes": modes, "value": value} for modes, value in verdict.seen],
     }

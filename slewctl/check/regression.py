@@ -1,20 +1,19 @@
-"""Results beside the last accepted run: which quantities got worse, and by how much."""
+"""Results beside the last accepted run: which quantities got worse, and what is gone."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from slewctl.check.baseline import Accepted, Baseline
-from slewctl.check.requirements import COST_TOLERANCE, REQUIREMENTS, Reading, Verdict
+from slewctl.check.requirements import Verdict
 from slewctl.check.result import NOMINAL, DesignResult, Finding
 from slewctl.check.words import number_text
+from slewctl.compare import QUANTITIES, Reading
 
 # Baselines keep ten digits: a smaller change is the file's rounding.
 _ROUNDING = 1e-9
-# A loss is the difference of two costs, each known to this: what is below is noise.
-_LEAST_CHANGE = {"h2_loss_max": COST_TOLERANCE}
 
 
 def compare_with(baseline: Baseline, result: DesignResult, tolerance: float) -> DesignResult:
@@ -30,12 +29,13 @@ def compare_with(baseline: Baseline, result: DesignResult, tolerance: float) -> 
     Returns
     -------
     DesignResult
-        A design, variation or quantity that the baseline does not know, or that it alone
-        knows, is told in the notes and does not fail: its requirements are judged anyway.
+        A variation that the baseline knows and the file does not fails.  A design, variation
+        or quantity that the baseline does not know is told in the notes and does not fail:
+        its requirements are judged anyway.
     """
-    if result.status in ("broken", "unchanged"):
+    if result.status in ("broken", "missing", "unchanged"):
         return result
-    before = baseline.accepted(result.file)
+    before = baseline.accepted(result.file, result.digest)
     if before is None:
         note = "not in the baseline: judged by its requirements alone until it is accepted"
         return replace(result, notes=(*result.notes, note))
@@ -45,75 +45,81 @@ def compare_with(baseline: Baseline, result: DesignResult, tolerance: float) -> 
         for name, reading in result.recorded.get(arm, {}).items()
         if name in values and not math.isnan(values[name])
     ]
+    gone = [_gone(arm) for arm in before.arms if arm not in result.recorded]
     return replace(
         result,
-        findings=(*result.findings, *findings),
+        findings=(*result.findings, *findings, *gone),
         notes=(*result.notes, *_strangers(before, result)),
+    )
+
+
+def missing(baseline: Baseline, results: Iterable[DesignResult]) -> tuple[DesignResult, ...]:
+    """Return a result for each design of the baseline whose file is gone and not renamed."""
+    renamed = {result.digest for result in results}
+    return tuple(
+        DesignResult(name, baseline.path.parent / name, missing=True)
+        for name, entry in baseline.designs.items()
+        if not (baseline.path.parent / name).exists() and entry.digest not in renamed
     )
 
 
 def _finding(
     result: DesignResult, arm: str, name: str, old: float, new: Reading, tolerance: float
 ) -> Finding:
-    rule = REQUIREMENTS[name]
-    value = new.value
+    quantity = QUANTITIES[name]
     limit = _limit(name, old, tolerance)
-    passed = value >= limit if rule.sense == "at least" else value <= limit
+    note = f"accepted: {number_text(old, quantity.unit)}"
+    if new.doubt:
+        note += f"; {new.doubt}"
     verdict = Verdict(
-        name,
-        None if math.isnan(value) else value,
+        quantity.requirement,
+        None if math.isnan(new.value) else new.value,
         limit,
-        rule.unit,
-        rule.sense,
         new.frequency_hz,
-        passed,
-        f"accepted: {number_text(old, rule.unit)}",
+        quantity.holds(new.value, limit),
+        note,
         new.mode,
     )
-    return Finding(verdict, arm, _line(result, arm, name), "baseline")
+    return Finding(verdict, arm, _line(result, arm, quantity.requirement), "baseline")
+
+
+def _gone(arm: str) -> Finding:
+    note = "this variation is in the baseline, and not in the file"
+    return Finding(Verdict("stable", None, 1.0, None, False, note), arm, None, "baseline")
 
 
 def _limit(name: str, old: float, tolerance: float) -> float:
     """Return the worst value that is not yet worse than the accepted one."""
     if math.isinf(old):
         return old
-    allowed = max(abs(old) * max(tolerance, _ROUNDING), _LEAST_CHANGE.get(name, 0.0))
-    return old - allowed if REQUIREMENTS[name].sense == "at least" else old + allowed
+    quantity = QUANTITIES[name]
+    allowed = max(abs(old) * max(tolerance, _ROUNDING), quantity.resolution)
+    return old - allowed if quantity.better == "greater" else old + allowed
 
 
-def _line(result: DesignResult, arm: str, name: str) -> int | None:
+def _line(result: DesignResult, arm: str, requirement: str) -> int | None:
     """Return the line that requires the quantity, else that of the arm's first requirement."""
     lines = {found.verdict.requirement: found.line for found in result.findings if found.arm == arm}
-    return lines.get(name) or next(iter(lines.values()), None)
+    return lines.get(requirement) or next(iter(lines.values()), None)
 
 
 def _strangers(before: Accepted, result: DesignResult) -> list[str]:
-    """Return what the baseline and the result do not have in common, in words."""
+    """Return what the result has and the baseline has not, in words."""
     notes = []
-    for arm in dict.fromkeys([*before.arms, *result.recorded]):
-        if arm not in result.recorded:
-            notes.append(f"variation {arm} is in the baseline and no longer judged")
-        elif arm not in before.arms:
+    for arm, readings in result.recorded.items():
+        if arm not in before.arms:
             notes.append(f"variation {arm} is not in the baseline")
         else:
-            notes += _strange_quantities(arm, before.arms[arm], result.recorded[arm])
+            notes += _strange_quantities(arm, before.arms[arm], readings)
     return notes
 
 
 def _strange_quantities(
     arm: str, old: Mapping[str, float], new: Mapping[str, Reading]
 ) -> list[str]:
-    if not new:
-        return []  # an unstable loop has no quantity, and fails
     place = "" if arm == NOMINAL else f" [{arm}]"
-    gone = [
-        f"{name}{place} is in the baseline and no longer required"
-        for name in old
-        if name not in new
-    ]
-    fresh = [
+    return [
         f"{name}{place} is not in the baseline"
         for name in new
         if name not in old or math.isnan(old[name])
     ]
-    return gone + fresh

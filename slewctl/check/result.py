@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from slewctl.check.requirements import Reading, Verdict
+from slewctl.check.requirements import Verdict
+from slewctl.compare import Reading
 
 # The arm as the design file describes it, beside its named variations.
 NOMINAL = "nominal"
@@ -49,16 +50,20 @@ class DesignResult:
     findings : tuple of Finding
         Arm by arm, stability first.
     recorded : mapping of str to mapping
-        By arm: the required quantities and all margins, from `measure`.
+        By arm: the required quantities and all margins by name, from `measure`.
     notes : tuple of str
         What a person should know beside the verdicts.
     fingerprint : str
         Of the file's text and the programs that judged it.
+    digest : str
+        Of the file's text alone, by which a renamed file is known again.
     error : str
         Why the design could not be judged, with file, line, key and remedy.
     error_line : int or None
     unchanged : bool
         Not judged again since nothing changed after the last accepted run.
+    missing : bool
+        In the baseline, and its file is gone.
     seconds : float
         Time taken.
     """
@@ -69,9 +74,11 @@ class DesignResult:
     recorded: Mapping[str, Mapping[str, Reading]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     fingerprint: str = ""
+    digest: str = ""
     error: str = ""
     error_line: int | None = None
     unchanged: bool = False
+    missing: bool = False
     seconds: float = 0.0
 
     @property
@@ -80,10 +87,12 @@ class DesignResult:
         return tuple(found for found in self.findings if not found.verdict.passed)
 
     @property
-    def status(self) -> Literal["broken", "unchanged", "failed", "passed"]:
+    def status(self) -> Literal["broken", "missing", "unchanged", "failed", "passed"]:
         """Broken designs could not be judged; unchanged ones passed before."""
         if self.error:
             return "broken"
+        if self.missing:
+            return "missing"
         if self.unchanged:
             return "unchanged"
         # Nothing was judged without a finding, and nothing may pass unjudged.
@@ -91,8 +100,8 @@ class DesignResult:
 
 
 def exit_status(results: Iterable[DesignResult]) -> int:
-    """Return 2 if a design could not be judged, else 1 if a requirement failed, else 0."""
+    """Return 2 if a design could not be judged, else 1 if one failed or is missing, else 0."""
     found = {result.status for result in results}
     if "broken" in found:
         return BAD_INPUT
-    return SOME_FAIL if "failed" in found else ALL_HOLD
+    return SOME_FAIL if found & {"failed", "missing"} else ALL_HOLD

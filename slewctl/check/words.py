@@ -7,6 +7,8 @@ import math
 from slewctl.check.requirements import Verdict
 from slewctl.check.result import NOMINAL, Finding
 
+GONE = "in the baseline, not found: accept its end with --update-baseline"
+
 
 def number_text(number: float | None, unit: str) -> str:
     """Return a number with four digits and its unit; infinite ones by name."""
@@ -22,18 +24,18 @@ def value_text(verdict: Verdict) -> str:
     if verdict.requirement == "stable":
         # A loop that is stable where it was looked at may still fail on a finer truth.
         return "yes" if verdict.passed else "no"
-    return number_text(verdict.value, verdict.unit)
+    return number_text(verdict.value, verdict.quantity.unit)
 
 
 def limit_text(verdict: Verdict) -> str:
     """Return a verdict's limit, such as ``>= 6 dB``."""
     if verdict.requirement == "stable":
         return "yes"
-    sign = ">=" if verdict.sense == "at least" else "<="
+    sign = ">=" if verdict.quantity.better == "greater" else "<="
     if not math.isfinite(verdict.limit):
         return f"{sign} infinite"
     digits = f"{verdict.limit:g}"
-    return f"{sign} {digits} {verdict.unit}".rstrip()
+    return f"{sign} {digits} {verdict.quantity.unit}".rstrip()
 
 
 def place_text(verdict: Verdict) -> str:

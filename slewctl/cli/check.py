@@ -17,6 +17,7 @@ from slewctl.check import (
     baseline_record,
     compare_with,
     exit_status,
+    missing,
     read_baseline,
     to_annotations,
     to_junit,
@@ -69,7 +70,7 @@ class _Outputs:
 @click.option("--all", "every", is_flag=True, help="Show every requirement, not the tightest.")
 @click.option("--quiet", is_flag=True, help="Print what failed, and nothing else.")
 @_file("--junit", "Write the verdicts as JUnit XML.")
-@_file("--json", "Write verdicts and measured values as JSON (schema slewctl-check/1).")
+@_file("--json", "Write verdicts and measured values as JSON (schema slewctl-check/2).")
 @click.option("--github", is_flag=True,
               help="Print failures as GitHub annotations, at the file's line.")  # fmt: skip
 @_file("--baseline", "Fail when a margin or required quantity is worse than in this file, which "
@@ -104,7 +105,8 @@ def check_command(
     \b
     Exit status:
       0  all requirements hold, and nothing is worse than in the baseline
-      1  a requirement failed, or a quantity is worse than in the baseline
+      1  a requirement failed, a quantity is worse than in the baseline, or a
+         design of the baseline is gone
       2  bad input: a design that cannot be judged (the others are judged all the
          same), a missing or corrupt baseline, a file that cannot be written
     """
@@ -117,9 +119,12 @@ def check_command(
     outputs.check(designs)
     before = read_baseline(baseline, may_be_missing=update_baseline) if baseline else None
     with progress(len(designs)) as step:
-        results = check_designs(paths, step, before if changed_only else None)
+        results = check_designs(
+            paths, step, None if update_baseline else before, changed_only=changed_only
+        )
     if before is not None and not update_baseline:
-        results = tuple(compare_with(before, result, tolerance) for result in results)
+        gone = missing(before, results)
+        results = (*(compare_with(before, result, tolerance) for result in results), *gone)
     # Files first: whoever reads the table may stop reading.
     written, notes = _write(outputs, results, before if update_baseline else None)
     _print(results, every=every, quiet=quiet, github=github)

@@ -24,6 +24,7 @@ from slewctl.compare import (
     count_designs,
     spillover_ladder,
 )
+from slewctl.compare.ladder import TOLD
 from slewctl.errors import InputError
 from slewctl.files import (
     DesignFile,
@@ -120,7 +121,7 @@ def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
     file = read_design(design)
     with file.source.computing():
         ladder = spillover_ladder(file.case, basis, n)
-    table = number_table("modes N", "up to (Hz)", "gain up (dB)", "phase (deg)", "disk", "lost (%)")
+    table = number_table("modes N", "up to (Hz)", "gain (dB)", "phase (deg)", "disk", "lost (%)")
     for rung in ladder.rungs:
         table.add_row(str(rung.modes), f"{rung.frequency_hz:.5g}", *_rung_cells(rung))
     OUT.print(str(ladder))
@@ -130,9 +131,9 @@ def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
 def _rung_cells(rung: Rung) -> tuple[str, ...]:
     """Return margins and loss of a rung, or the frequency that grows."""
     if not rung.stable:
-        return (f"unstable at {rung.unstable_hz[0]:.4g} Hz", "", "", "")
-    figures = (rung.gain_db, rung.phase_deg, rung.disk, 100 * (rung.loss or 0.0))
-    return tuple(f"{figure:.4g}" for figure in figures)
+        return (f"unstable at {rung.judgement.unstable_hz[0]:.4g} Hz", "", "", "")
+    *margins, loss = (rung.value(name) or 0.0 for name in TOLD)
+    return tuple(f"{figure:.4g}" for figure in (*margins, 100 * loss))
 
 
 @cli.command("modes")

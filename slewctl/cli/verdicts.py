@@ -8,12 +8,13 @@ from rich.table import Table
 from rich.text import Text
 
 from slewctl.check import NOMINAL, DesignResult, Finding
-from slewctl.check.words import limit_text, place_text, value_text
+from slewctl.check.words import GONE, limit_text, place_text, value_text
 
 _WORDS = {
     "passed": Text("ok", "green"),
     "failed": Text("FAIL", "bold red"),
     "broken": Text("BROKEN", "bold red"),
+    "missing": Text("MISSING", "bold red"),
     "unchanged": Text("unchanged", "dim"),
 }
 _HEADINGS = ("design", "verdict", "requirement", "value", "limit", "note")
@@ -56,13 +57,29 @@ def _rows(result: DesignResult, every: bool, failures: bool) -> Iterator[Row]:
         if every and not failures:
             yield from (_row(name, found) for found in here)
         elif failed:
-            yield from (_row(name, found) for found in failed)
+            yield from _failures(name, failed)
         elif not failures:
             yield _tightest(name, here)
     if result.error:
         yield (result.name, _WORDS["broken"], "", "", "", "see the error below")
+    elif result.missing:
+        yield (result.name, _WORDS["missing"], "", "", "", GONE)
     elif result.unchanged and not failures:
         yield (result.name, _WORDS["unchanged"], "", "", "", "since it was accepted")
+
+
+def _failures(name: str, failed: Sequence[Finding]) -> Iterator[Row]:
+    """Yield a row for each reason to fail: an unstable loop is one reason, not five."""
+    reasons: dict[object, list[Finding]] = {}
+    for found in failed:
+        verdict = found.verdict
+        # What has a value fails by it; what has none fails for what the note says.
+        shared = verdict.value is None or verdict.quantity.kind == "stability"
+        reasons.setdefault(verdict.note if shared else id(found), []).append(found)
+    for first, *others in reasons.values():
+        row = _row(name, first)
+        more = f" and {_many(len(others), 'requirement')} more" if others else ""
+        yield (*row[:2], f"{row[2]}{more}", *row[3:])
 
 
 def _tightest(name: str, here: Sequence[Finding]) -> Row:
@@ -104,13 +121,16 @@ def summary(results: Sequence[DesignResult], *, every: bool) -> str:
     failed = sum(not found.verdict.passed for found in asked)
     worse = sum(not found.verdict.passed for found in findings) - failed
     broken = sum(result.status == "broken" for result in results)
+    gone = sum(result.missing for result in results)
     skipped = sum(result.unchanged for result in results)
-    judged = len(results) - broken - skipped
+    judged = len(results) - broken - gone - skipped
     parts = []
     if failed:
         parts.append(f"{failed} of {_many(len(asked), 'requirement')} failed")
     if worse:
         parts.append(f"{_many(worse, 'quantity', 'quantities')} worse than in the baseline")
+    if gone:
+        parts.append(f"{_many(gone, 'design')} of the baseline not found")
     if broken:
         parts.append(f"{_many(broken, 'design')} could not be judged")
     if not parts:

@@ -13,12 +13,15 @@ from slewctl.compare.comparison import (
     compare,
     count_designs,
 )
+from slewctl.compare.convergence import Followed, Seen, follow
 from slewctl.compare.design_model import REDUCTIONS, SOURCES, DesignModel, design_model
 from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
-from slewctl.compare.evaluation import Evaluation, FinerVerdict, Judge, Outcome, evaluate
+from slewctl.compare.evaluation import Evaluation, Judge, evaluate
 from slewctl.compare.grid import Grid, Point, Setting, Study, count_points
+from slewctl.compare.judgement import Judgement, Yardstick
 from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
 from slewctl.compare.points import COLUMNS, Work, evaluate_point, run_study
+from slewctl.compare.quantities import QUANTITIES, Quantity, Reading, describe, read
 from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
 from slewctl.compare.study_result import StudyResult, StudySlice
 from slewctl.compare.sweep import Piece, WorkerDiedError, rows, sweep
@@ -29,6 +32,7 @@ __all__ = [
     "GOOD",
     "MEDIANS",
     "PAPERS",
+    "QUANTITIES",
     "REDUCTIONS",
     "SOURCES",
     "Answer",
@@ -39,22 +43,25 @@ __all__ = [
     "DestabilisedMode",
     "Duel",
     "Evaluation",
-    "FinerVerdict",
+    "Followed",
     "GapScore",
     "Grid",
     "Judge",
+    "Judgement",
     "Ladder",
     "LoopCurves",
     "Lost",
     "ModeShapes",
-    "Outcome",
     "Piece",
     "Point",
+    "Quantity",
+    "Reading",
     "Recommendation",
     "ReductionRow",
     "Reductions",
     "Refusal",
     "Rung",
+    "Seen",
     "Setting",
     "Share",
     "Study",
@@ -66,16 +73,20 @@ __all__ = [
     "Work",
     "WorkerDiedError",
     "WorstCase",
+    "Yardstick",
     "compare",
     "compare_reductions",
     "count_designs",
     "count_points",
     "count_trials",
+    "describe",
     "design_model",
     "destabilised_mode",
     "evaluate",
     "evaluate_point",
     "first_modes",
+    "follow",
+    "read",
     "recommend",
     "rows",
     "run_study",

@@ -203,7 +203,7 @@ def _trial(basis: str, n: int, bandwidth: float, hertz: float, row: dict[str, An
         bandwidth,
         hertz,
         stable(row),
-        row["loss"],
+        row["h2_loss"],
         row["gain_margin_db"],
         row["phase_margin_deg"],
         accepted,

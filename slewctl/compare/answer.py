@@ -24,7 +24,9 @@ OPTIMAL = ("lqg", "h2-lmi")
 # Bases that are good as often as the best, to this share, are named beside it.
 _AS_OFTEN = 0.02
 # What a user of the controller feels, told as medians.
-MEDIANS = ("phase_margin_deg", "disk_margin", "settling", "residual", "peak_torque")
+MEDIANS = (
+    "phase_margin_deg", "disk_margin", "settling_time", "residual_vibration", "torque_peak",
+)  # fmt: skip
 # The paper's comparison, and the axes along which it is counted beside the hub's inertia.
 PAPERS = ("clamped-free", "slewing")
 HUB = "hub_ratio"
@@ -204,7 +206,7 @@ def stable(row: Row) -> bool:
 
 def good(row: Row) -> bool:
     """Whether a design is stable and loses at most 5 % of the optimal cost."""
-    return stable(row) and row["loss"] <= GOOD
+    return stable(row) and row["h2_loss"] <= GOOD
 
 
 def duel(rows: Iterable[Row], first: str, second: str) -> Duel:
@@ -243,7 +245,7 @@ def _alike(row: Row) -> tuple[Any, ...]:
 def _compare(a: Row, b: Row) -> int:
     """Return 1 where a is better, −1 where b is, 0 for a draw."""
     # Costs over the optimum.
-    first, second = (1 + row["loss"] if stable(row) else math.inf for row in (a, b))
+    first, second = (1 + row["h2_loss"] if stable(row) else math.inf for row in (a, b))
     if first == second or abs(first - second) <= DRAW * min(first, second):
         return 0
     return 1 if first < second else -1
@@ -258,9 +260,15 @@ def share(rows: Iterable[Row], basis: str) -> Share:
         designs=len(own),
         stable=len(holding),
         good=sum(map(good, own)),
-        medians={key: median(row[key] for row in holding) for key in MEDIANS} if holding else {},
+        medians=_medians(holding),
         condition=max((r["condition"] for r in own if r["condition"] is not None), default=None),
     )
+
+
+def _medians(rows: Sequence[Row]) -> dict[str, float]:
+    """Return the medians of what the rows have a value of."""
+    values = {key: [row[key] for row in rows if row[key] is not None] for key in MEDIANS}
+    return {key: median(found) for key, found in values.items() if found}
 
 
 def _lost(rows: Iterable[Row], basis: str) -> Lost:

@@ -13,8 +13,10 @@ from slewctl.loop import Slew
 from slewctl.model.truth import DEFAULT_MODES
 from slewctl.plant import Objective
 
-# Twice as many are kept to see whether the verdict still moves.
-MOST_TRUTH_MODES = 120
+# Verdicts are followed over truths of twice the modes up to twice as many.
+MOST_TRUTH_MODES = 60
+# What is simulated where nobody says.
+DEFAULT_SLEW = Slew(angle_deg=30.0, duration_s=2.0)
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ class Case:
     n: int = 2
     method: str = "lqg"
     options: Mapping[str, object] = field(default_factory=dict)
-    slew: Slew = field(default_factory=lambda: Slew(angle_deg=30.0, duration_s=2.0))
+    slew: Slew = DEFAULT_SLEW
     title: str = ""
     source: str = ""
     truth_modes: int = DEFAULT_MODES
@@ -88,7 +90,7 @@ class Case:
             check_count(order, "compare.orders")
         if self.truth_modes > MOST_TRUTH_MODES:
             raise InputError(
-                f"a truth of {shown(self.truth_modes)} modes would take minutes",
+                f"a truth of {shown(self.truth_modes)} modes cannot be judged on twice as many",
                 where="truth.modes",
                 remedy=f"keep at most {MOST_TRUTH_MODES}",
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -10,8 +11,10 @@ import numpy as np
 from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl._types import Array, ComplexArray
 from slewctl.compare.case import Case
-from slewctl.compare.evaluation import Evaluation, Judge, Outcome
+from slewctl.compare.convergence import Followed, follow
+from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.ladder import Ladder, climb, steps
+from slewctl.compare.quantities import RECORDED, row
 from slewctl.errors import SlewctlError
 from slewctl.loop import Loop, SlewResponse
 from slewctl.model import Model, beam_inertia
@@ -20,6 +23,8 @@ Progress = Callable[[str], None]
 
 _CURVE_POINTS = 120
 SHAPES_SHOWN = 6
+# What a report follows of the case's own design.
+FOLLOWED = ("stable", "h2_loss", *RECORDED)
 # A step of a curve, in nepers and radians together, that is still drawn as a line.
 _CURVE_STEP = 0.6
 # A lightly damped zero is this much narrower than the distance of the first points.
@@ -82,8 +87,10 @@ class TruthSummary:
         Largest estimated relative error of the kept frequencies.
     frequencies_hz : tuple of float
     optimal_cost : float
-        Smallest squared H2 norm that any controller achieves on it.
+        Smallest squared H2 norm that any controller achieves on it with the case's clock.
     optimal_verified : bool
+    optimum_drift : float
+        Relative change of the optimal cost on a truth of twice the modes.
     hub_ratio : float
         Hub inertia (with the motor's rotor) over that of the beam about the axis.
     """
@@ -94,6 +101,7 @@ class TruthSummary:
     frequencies_hz: tuple[float, ...]
     optimal_cost: float
     optimal_verified: bool
+    optimum_drift: float
     hub_ratio: float
 
 
@@ -116,6 +124,8 @@ class CaseResult(Tabular):
     truth : TruthSummary
     chosen : Evaluation
         The case's own design.
+    followed : tuple of Followed
+        Its stability, loss and margins on truths of twice the modes.
     evaluations : tuple of Evaluation
         Every basis and order compared for which there is a design, the chosen one included.
     refused : tuple of Refusal
@@ -131,6 +141,7 @@ class CaseResult(Tabular):
     case: Case
     truth: TruthSummary
     chosen: Evaluation
+    followed: tuple[Followed, ...]
     evaluations: tuple[Evaluation, ...]
     refused: tuple[Refusal, ...]
     curves: tuple[LoopCurves, ...]
@@ -138,19 +149,10 @@ class CaseResult(Tabular):
     ladders: tuple[Ladder, ...]
 
     def rows(self) -> list[dict[str, object]]:
-        """Return one row for each design."""
+        """Return one row for each design: every quantity by its name."""
         return [
-            {
-                "case": self.case.name,
-                "basis": e.basis,
-                "n": e.n,
-                "stable": e.stable,
-                "loss": e.loss,
-                "gain_margin_db": e.margins and e.margins.gain_db.value,
-                "phase_margin_deg": e.margins and e.margins.phase_deg.value,
-                "disk_margin": e.margins and e.margins.disk.value,
-                "verified": e.verified,
-            }
+            {"case": self.case.name, "basis": e.basis, "n": e.n, "verified": e.verified}
+            | row(e.judgement)
             for e in self.evaluations
         ]
 
@@ -234,23 +236,25 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
     for basis, n in case.candidates:
         progress(f"{case.name}: {basis}, n = {n}")
         try:
-            outcome = judge.evaluate(basis, n)
+            found = judge.evaluate(basis, n)
+            row(found.judgement)  # all of it is computed here, where it is waited for
         except SlewctlError as error:
             if (basis, n) == judge.chosen:
                 raise
             refused.append(Refusal(basis, n, str(error)))
             continue
-        evaluations.append(outcome.evaluation)
+        evaluations.append(found)
         if n == case.n:
-            curves.append(_curve(outcome))
-            ladders.append(climb(stairs, judge, outcome.design, outcome.loop.controller))
-            if outcome.design.model is not None:
-                shapes.append(_shapes(basis, outcome.design.model, min(case.n, SHAPES_SHOWN)))
+            curves.append(_curve(found))
+            ladders.append(climb(stairs, judge, found.design, found.controller))
+            if found.design.model is not None:
+                shapes.append(_shapes(basis, found.design.model, min(case.n, SHAPES_SHOWN)))
     chosen = next(e for e in evaluations if (e.basis, e.n) == (case.basis, case.n))
     return CaseResult(
         case,
-        _summary(judge),
+        _summary(judge, chosen),
         chosen,
+        tuple(follow(chosen.judgement, name) for name in FOLLOWED),
         tuple(evaluations),
         tuple(refused),
         tuple(curves),
@@ -259,22 +263,25 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
     )
 
 
-def _summary(judge: Judge) -> TruthSummary:
-    arm, model = judge.case.arm, judge.truth
+def _summary(judge: Judge, chosen: Evaluation) -> TruthSummary:
+    arm, model, judged = judge.case.arm, judge.truth, chosen.judgement
+    finer = judged.finer
+    drift = finer.optimum.h2_cost / judged.optimum.h2_cost - 1 if finer else math.nan
     return TruthSummary(
         modes=model.modes,
         functions=model.functions,
         tolerance=model.tolerance,
         frequencies_hz=tuple(float(f) for f in model.frequencies_hz),
-        optimal_cost=judge.optimal.h2_cost,
-        optimal_verified=judge.optimal.certificate.verified,
+        optimal_cost=judged.optimum.h2_cost,
+        optimal_verified=judged.optimum.certificate.verified,
+        optimum_drift=drift,
         hub_ratio=arm.hub_inertia / beam_inertia(arm),
     )
 
 
-def _curve(outcome: Outcome) -> LoopCurves:
-    evaluation = outcome.evaluation
-    omega, values = _smooth(outcome.loop, _frequencies(outcome.loop))
+def _curve(evaluation: Evaluation) -> LoopCurves:
+    loop = evaluation.judgement.loop
+    omega, values = _smooth(loop, _frequencies(loop))
     phase = np.degrees(np.unwrap(np.angle(values)))
     # Start between −360° and 0°, where a loop with a rigid body is read.
     phase -= 360 * np.ceil(phase[0] / 360)
@@ -285,7 +292,7 @@ def _curve(outcome: Outcome) -> LoopCurves:
         omega / (2 * np.pi),
         20 * np.log10(np.abs(values)),
         phase,
-        outcome.slew,
+        evaluation.judgement.response if evaluation.stable else None,
     )
 
 

@@ -19,62 +19,52 @@ from slewctl.compare.case import Case
 from slewctl.compare.design_model import DesignModel
 from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
 from slewctl.compare.evaluation import Judge
-from slewctl.design import Controller, lqg
+from slewctl.compare.judgement import Judgement, Yardstick
+from slewctl.compare.quantities import read
+from slewctl.design import Controller
 from slewctl.errors import AccuracyError, InputError, SlewctlError, check_count
-from slewctl.loop import Margins, close
 from slewctl.model import Truth
-from slewctl.plant import Objective, generalised_plant
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rung:
-    """The design on the truth's first modes; what needs a stable loop is None without one.
+    """The design on the truth's first modes.
 
     Attributes
     ----------
-    modes : int
-        N, flexible modes of the truth that are present.
-    frequency_hz : float
-        Of the last of them.
-    stable : bool
-    unstable_hz : tuple of float
-        Frequencies of the poles that are not stable.
+    judgement : Judgement
+        On a truth that keeps only these modes; its loss compares with the optimum for them.
     destabilised : DestabilisedMode or None
         For the fastest growing pole of an unstable loop; a sampled controller's poles belong
         to no mode.
-    margins : Margins or None
-    cost : float or None
-        Squared H2 norm.
-    optimum : float
-        The smallest one that any controller reaches with these N modes.
-    loss : float or None
-        cost / optimum − 1.
     """
 
-    modes: int
-    frequency_hz: float
-    stable: bool
-    unstable_hz: tuple[float, ...]
+    judgement: Judgement
     destabilised: DestabilisedMode | None
-    margins: Margins | None
-    cost: float | None
-    optimum: float
-    loss: float | None
 
     @property
-    def gain_db(self) -> float | None:
-        """Gain margin in dB; infinite where there is no limit."""
-        return self.margins.gain_db.value if self.margins else None
+    def modes(self) -> int:
+        """N, flexible modes of the truth that are present."""
+        return self.judgement.modes
 
     @property
-    def phase_deg(self) -> float | None:
-        """Phase margin in degrees."""
-        return self.margins.phase_deg.value if self.margins else None
+    def frequency_hz(self) -> float:
+        """Of the last of them."""
+        return float(self.judgement.yardstick.model.frequencies_hz[-1])
 
     @property
-    def disk(self) -> float | None:
-        """α of the symmetric disk margin."""
-        return self.margins.disk.value if self.margins else None
+    def stable(self) -> bool:
+        """Whether the loop is stable with these modes."""
+        return self.judgement.stable
+
+    def value(self, name: str) -> float | None:
+        """Return a quantity of `slewctl.compare.QUANTITIES`, None where there is no value."""
+        value = read(self.judgement, name).value
+        return None if math.isnan(value) else value
+
+
+# What a ladder tells of each rung, in this order.
+TOLD = ("gain_margin_db", "phase_margin_deg", "disk_margin", "h2_loss")
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +94,11 @@ class Ladder(Tabular):
 
     def rows(self) -> list[dict[str, object]]:
         """Return one row for each rung."""
-        names = ("modes", "frequency_hz", "stable", "gain_db", "phase_deg", "disk", "loss")
-        return [{name: getattr(rung, name) for name in names} for rung in self.rungs]
+        return [
+            {"modes": rung.modes, "frequency_hz": rung.frequency_hz, "stable": rung.stable}
+            | {name: rung.value(name) for name in TOLD}
+            for rung in self.rungs
+        ]
 
     @property
     def caption(self) -> str:
@@ -122,8 +115,10 @@ class Ladder(Tabular):
         """
         ax = axes_or_new(ax)
         modes = [rung.modes for rung in self.rungs]
-        for name, label in (("gain_db", "gain margin (dB)"), ("phase_deg", "phase margin (deg)")):
-            values = [getattr(rung, name) for rung in self.rungs]
+        for name, label in (
+            ("gain_margin_db", "gain margin (dB)"), ("phase_margin_deg", "phase margin (deg)")
+        ):  # fmt: skip
+            values = [rung.value(name) for rung in self.rungs]
             ax.plot(modes, [math.nan if v is None else v for v in values], "o-", label=label)
         ax.set_xlabel("modes of the truth")
         ax.set_title(f"{self.basis}, n = {self.n}")
@@ -154,12 +149,12 @@ class Ladder(Tabular):
         what = f"{self.method} on {self.basis}, n = {self.n}, "
         lost = self.first_unstable
         if lost is None:
-            margins = [rung.disk for rung in self.rungs if rung.disk is not None]
+            margins = [rung.judgement.margins.disk.value for rung in self.rungs]
             return what + (
                 f"is stable with N = {self.n} to {self.rungs[-1].modes} modes; its disk margin "
                 f"is {margins[0]:.3g} with N = {self.n} and {min(margins):.3g} at the least"
             )
-        how = lost.destabilised or f"a pole at {lost.unstable_hz[0]:.4g} Hz"
+        how = lost.destabilised or f"a pole at {lost.judgement.unstable_hz[0]:.4g} Hz"
         again = "; stable again with all modes" if self.stable_on_truth else ""
         return what + f"is lost at N = {lost.modes}: {how}{again}"
 
@@ -197,68 +192,43 @@ def spillover_ladder(case: Case, basis: str | None = None, n: int | None = None)
         raise error.within(case.source or case.name) from error
 
 
-@dataclass(frozen=True, eq=False)
-class Step:
-    """The truth's first modes, and the smallest cost that any controller reaches with them."""
+def steps(judge: Judge, n: int) -> tuple[Yardstick, ...]:
+    """Return the truth's first n, n + 1 … all modes; the ladders of several designs share them."""
+    whole = judge.yardstick
+    shorter = (first_modes(whole.model, modes) for modes in range(n, whole.modes))
+    return (*(Yardstick(model, whole.objective) for model in shorter), whole)
 
-    model: Truth
-    optimum: float
 
-
-def steps(judge: Judge, n: int) -> tuple[Step, ...]:
-    """Return the truth's first n, n + 1 … all modes; the ladders of several designs share them.
+def climb(
+    steps: Sequence[Yardstick], judge: Judge, design: DesignModel, controller: Controller
+) -> Ladder:
+    """Return what becomes of one controller of a case step by step.
 
     Raises
     ------
     AccuracyError
         If an optimum is not confirmed by its own checks.
     """
-    return tuple(_step(judge, modes) for modes in range(n, judge.truth.modes + 1))
-
-
-def _step(judge: Judge, modes: int) -> Step:
-    if modes == judge.truth.modes:
-        model, optimal = judge.truth, judge.optimal
-    else:
-        model = first_modes(judge.truth, modes)
-        optimal = lqg(generalised_plant(model, judge.case.objective))
-    if not optimal.certificate.verified:
-        raise AccuracyError(
-            f"the optimum with {modes} modes is {optimal.certificate}", where="spillover_ladder"
-        )
-    return Step(model, optimal.h2_cost)
-
-
-def climb(
-    steps: Sequence[Step], judge: Judge, design: DesignModel, controller: Controller
-) -> Ladder:
-    """Return what becomes of one controller of a case step by step."""
     return Ladder(
         name=judge.case.name,
         basis=design.source,
         n=design.n,
         method=judge.case.method,
         controller=controller,
-        rungs=tuple(_rung(step, judge.case.objective, controller, design.n) for step in steps),
+        rungs=tuple(_rung(step.judge(controller, judge.case.slew), design.n) for step in steps),
         truth_tolerance=judge.truth.tolerance,
     )
 
 
-def _rung(step: Step, objective: Objective, controller: Controller, kept: int) -> Rung:
-    model = step.model
-    loop = close(model, objective, controller)
-    cost = loop.h2.value if loop.stable else None
-    return Rung(
-        modes=model.modes,
-        frequency_hz=float(model.frequencies_hz[-1]),
-        stable=loop.stable,
-        unstable_hz=() if loop.stable else loop.unstable_hz,
-        destabilised=None if controller.sample_time else destabilised_mode(loop, kept),
-        margins=loop.margins if loop.stable else None,
-        cost=cost,
-        optimum=step.optimum,
-        loss=None if cost is None else cost / step.optimum - 1,
-    )
+def _rung(judgement: Judgement, kept: int) -> Rung:
+    optimum = judgement.optimum.certificate
+    if not optimum.verified:
+        raise AccuracyError(
+            f"the optimum with {judgement.modes} modes is {optimum}", where="spillover_ladder"
+        )
+    if judgement.controller.sample_time:
+        return Rung(judgement, None)
+    return Rung(judgement, destabilised_mode(judgement.loop, kept))
 
 
 def first_modes(model: Truth, modes: int) -> Truth:

@@ -14,9 +14,9 @@ import numpy as np
 
 from slewctl.arm import Arm
 from slewctl.compare.case import Case
-from slewctl.compare.design_model import DesignModel
+from slewctl.compare.design_model import DesignModel, design_model
 from slewctl.compare.destabilised import destabilised_mode
-from slewctl.compare.evaluation import Judge, Outcome
+from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.grid import (
     Point,
     Study,
@@ -27,13 +27,27 @@ from slewctl.compare.grid import (
     reading_units,
     slew_of,
 )
+from slewctl.compare.judgement import Judgement
+from slewctl.compare.quantities import QUANTITIES, Quantity, read
 from slewctl.compare.study_result import StudyResult
 from slewctl.compare.sweep import Piece, Row, rows, sweep
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, SlewctlError
-from slewctl.loop import Loop, PlantGraph, close, gap_between, plant_graph, stability_margin_bpc
-from slewctl.model import total_inertia, truth
+from slewctl.loop import Loop, PlantGraph, gap_between, plant_graph, stability_margin_bpc
+from slewctl.model import total_inertia
 from slewctl.plant import generalised_plant
+
+# Left out of a row: the same in decibels, what a loss says better, and what not every arm has.
+_LEFT_OUT = ("stable", "h2_cost", "sensitivity_peak_db", "complementary_peak_db")
+_MEASURED = tuple(q for q in QUANTITIES.values() if q.name not in _LEFT_OUT and q.unit != "V")
+
+
+def column(quantity: Quantity) -> str:
+    """Return the name of a quantity's column: without its unit where it is counted in another."""
+    return (
+        quantity.name.removesuffix(f"_{quantity.unit.lower()}") if quantity.scale else quantity.name
+    )
+
 
 # What a row tells beside its axes, in this order.
 COLUMNS = (
@@ -43,17 +57,8 @@ COLUMNS = (
     "verified",
     "unstable_ratio",
     "unstable_mode",
-    "loss",
     "optimum_drift",
-    "gain_margin_db",
-    "phase_margin_deg",
-    "delay_margin",
-    "modulus_margin",
-    "disk_margin",
-    "damping_ratio_min",
-    "settling",
-    "residual",
-    "peak_torque",
+    *(column(quantity) for quantity in _MEASURED),
     "nu_gap",
     "generalised_margin",
     "frequency_error",
@@ -119,16 +124,12 @@ def evaluate_point(work: Work) -> list[Row]:
         unstable_mode
             Number of the mode that was lost, 0 for the rigid body; on the larger truth
             where only that one is unstable.
-        loss
-            Cost on the truth over the optimal one, less 1.
         optimum_drift
             Relative change of the optimal cost on a truth of twice the modes.
-        delay_margin, settling
-            In periods of the first flexible mode.
-        residual
-            Residual vibration of the tip over its travel.
-        peak_torque
-            Over that of the rigid arm.
+        gain_margin_db … torque_peak
+            The quantities of `slewctl.compare.QUANTITIES`: times in periods of the first
+            flexible mode, rates and frequencies times this period, lengths over the travel
+            of the tip, torques over the largest that the rigid arm needs.
         nu_gap, generalised_margin
             ν-gap between design model and truth, and b(P, C) on the design model: the loop
             on the truth is stable for certain where b is larger.  Signals are counted in
@@ -206,6 +207,23 @@ class Place:
     optimum_drift: float
 
     @cached_property
+    def scales(self) -> dict[str, float]:
+        """What a quantity of each scale is divided by; see `Quantity`."""
+        case = self.judge.case
+        period = 2 * math.pi / float(self.judge.truth.omega[0])
+        reach = case.arm.hub.radius + case.arm.beam.length
+        turn = math.radians(abs(case.slew.angle_deg))
+        # The largest acceleration of a minimum-jerk turn is 10/√3 angle/T².
+        acceleration = 10 / math.sqrt(3) * turn / case.slew.duration_s**2
+        return {
+            "": 1.0,
+            "time": period,
+            "rate": 1 / period,
+            "length": reach * turn,
+            "torque": total_inertia(case.arm) * acceleration,
+        }
+
+    @cached_property
     def units(self) -> dict[str, Any]:
         """Units of the signals for the ν-gap: of the rigid arm's swing at the bandwidth."""
         arm = self.judge.case.arm
@@ -230,10 +248,10 @@ class Place:
         SlewctlError
             If it cannot be made.
         """
-        design = self.judge.model(basis, n)
-        options = options_of(method, self.judge.case.arm, self.bandwidth)
-        controller = design.controller(method, options)
-        return _results(self, self.judge.assess(design, controller, again=False), controller)
+        case = self.judge.case
+        design = design_model(self.judge.truth, case.objective, basis, n)
+        options = options_of(method, case.arm, self.bandwidth)
+        return _results(self, design, design.controller(method, options))
 
 
 @lru_cache(maxsize=8)
@@ -242,42 +260,37 @@ def place_of(arm: Arm, bandwidth: float, sensors: tuple[str, ...], truth_modes: 
     objective = objective_of(arm, bandwidth, sensors)
     slew = slew_of(arm, bandwidth)
     judge = Judge(Case("study", arm, objective, slew=slew, truth_modes=truth_modes))
-    finer = Judge(Case("study", arm, objective, truth_modes=2 * truth_modes))
-    for optimal in (judge.optimal, finer.optimal):
-        if not optimal.certificate.verified:
+    finer = judge.yardstick.finer
+    if finer is None:
+        raise TypeError("a study keeps no more modes than can be doubled")
+    optimal, again = judge.yardstick.optimum(), finer.optimum()
+    for found in (optimal, again):
+        if not found.certificate.verified:
             raise AccuracyError(
-                f"the optimum to compare with is {optimal.certificate}",
+                f"the optimum to compare with is {found.certificate}",
                 where="study",
                 remedy="use a milder bandwidth",
             )
-    return Place(judge, bandwidth, finer.optimal.h2_cost / judge.optimal.h2_cost - 1)
+    return Place(judge, bandwidth, again.h2_cost / optimal.h2_cost - 1)
 
 
-def _results(place: Place, outcome: Outcome, controller: Controller) -> dict[str, Any]:
-    case, design, found = place.judge.case, outcome.design, outcome.evaluation
-    finer = close(truth(case.arm, 2 * case.truth_modes), case.objective, controller)
-    margins, slew = found.margins, found.slew
-    period = 2 * math.pi / float(place.judge.truth.omega[0])
-    travel = math.radians(abs(case.slew.angle_deg)) * (case.arm.hub.radius + case.arm.beam.length)
+def _results(place: Place, design: DesignModel, controller: Controller) -> dict[str, Any]:
+    found = Evaluation(design, place.judge.judge(controller))
+    judged, finer = found.judgement, found.judgement.finer
+    if finer is None:
+        raise TypeError("a study keeps no more modes than can be doubled")
     gap, margin = _gap(place, design, controller)
     return {
-        "outcome": "stable" if found.stable else "unstable",
+        "outcome": "stable" if judged.stable else "unstable",
         "reason": "",
         "stable_on_twice": finer.stable,
         "verified": found.verified,
-        "unstable_ratio": _ratio(found.unstable_hz, period),
-        "unstable_mode": _mode_lost(finer if found.stable else outcome.loop, design.n),
-        "loss": found.loss,
+        "unstable_ratio": judged.unstable_hz[0] * place.scales["time"]
+        if judged.unstable_hz
+        else None,
+        "unstable_mode": _mode_lost((finer if judged.stable else judged).loop, design.n),
         "optimum_drift": place.optimum_drift,
-        "gain_margin_db": margins and margins.smaller_gain_db.value,
-        "phase_margin_deg": margins and margins.phase_deg.value,
-        "delay_margin": margins and margins.delay_s.value / period,
-        "modulus_margin": margins and margins.modulus.value,
-        "disk_margin": margins and margins.disk.value,
-        "damping_ratio_min": found.damping_ratio.value,
-        "settling": slew and slew.settling_time_s / period,
-        "residual": slew and slew.residual_m / travel,
-        "peak_torque": slew and slew.peak_torque / _rigid_peak(place),
+        **_measured(place, judged),
         "nu_gap": gap,
         "generalised_margin": margin,
         "frequency_error": abs(float(found.frequency_errors[0])),
@@ -285,6 +298,15 @@ def _results(place: Place, outcome: Outcome, controller: Controller) -> dict[str
         "condition": float(np.linalg.cond(design.model.mass[1:, 1:])) if design.model else None,
         "error_bound": design.reduced.bound if design.reduced else None,
     }
+
+
+def _measured(place: Place, judged: Judgement) -> dict[str, float | None]:
+    """Return every quantity that has a column, free of units."""
+    values = {}
+    for quantity in _MEASURED:
+        value = read(judged, quantity.name).value / place.scales[quantity.scale]
+        values[column(quantity)] = None if math.isnan(value) else value
+    return values
 
 
 def _mode_lost(loop: Loop, kept: int) -> int | None:
@@ -301,16 +323,3 @@ def _gap(place: Place, design: DesignModel, controller: Controller) -> tuple[flo
     except SlewctlError:  # undamped modes that nothing moves have no graph to compare
         return None, None
     return gap.value, margin.value
-
-
-def _ratio(unstable_hz: tuple[float, ...], period: float) -> float | None:
-    """Return the frequency that grows over the first flexible one."""
-    return unstable_hz[0] * period if unstable_hz else None
-
-
-def _rigid_peak(place: Place) -> float:
-    """Return the largest torque that turns the rigid arm along the slew's reference."""
-    case = place.judge.case
-    # The largest acceleration of a minimum-jerk turn is 10/√3 angle/T².
-    turn = math.radians(abs(case.slew.angle_deg)) / case.slew.duration_s**2
-    return total_inertia(case.arm) * 10 / math.sqrt(3) * turn

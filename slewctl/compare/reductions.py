@@ -7,19 +7,18 @@ computation first.  All designs use the same method and are judged on the truth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from slewctl._show import DataFrame, table_html, to_frame
 from slewctl.compare.case import Case
 from slewctl.compare.design_model import REDUCTIONS, SOURCES, check_reducible
-from slewctl.compare.evaluation import Judge
+from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.errors import SlewctlError
-from slewctl.loop import Margins, close
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReductionRow:
-    """A design on one small model, judged on the truth; without a stable loop no figures.
+    """A design on one small model, judged on the truth.
 
     Attributes
     ----------
@@ -27,32 +26,40 @@ class ReductionRow:
         The basis, or the reduction.
     after : bool
         Whether the small model is a reduction of the truth.
-    states : int
-        Of the design model.
-    bound : float or None
-        Of a reduction's error, see `Reduced`.
+    evaluation : Evaluation or None
+        The design with its judgement.
     refused : str
         Why there is no design; empty where there is one.
-    verified : bool
-        Whether the design's own checks passed.
-    stable : bool
-    unstable_hz : tuple of float
-    cost, loss : float or None
-        Squared H2 norm, and cost / optimum − 1.
-    margins : Margins or None
     """
 
     name: str
     after: bool
-    states: int
-    bound: float | None = None
+    evaluation: Evaluation | None = None
     refused: str = ""
-    verified: bool = False
-    stable: bool = False
-    unstable_hz: tuple[float, ...] = ()
-    cost: float | None = None
-    loss: float | None = None
-    margins: Margins | None = None
+
+    @property
+    def stable(self) -> bool:
+        """Whether there is a design and its loop on the truth is stable."""
+        return self.evaluation is not None and self.evaluation.stable
+
+    @property
+    def loss(self) -> float | None:
+        """Cost over the optimum, less one; None without a stable loop."""
+        return self.evaluation.loss if self.evaluation else None
+
+    def told(self) -> dict[str, object]:
+        """Return the row as plain values."""
+        design = self.evaluation.design if self.evaluation else None
+        return {
+            "name": self.name,
+            "after": self.after,
+            "states": int(design.plant.system.nstates) if design else None,
+            "bound": design.reduced.bound if design and design.reduced else None,
+            "verified": self.evaluation is not None and self.evaluation.verified,
+            "stable": self.stable,
+            "loss": self.loss,
+            "refused": self.refused,
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +88,7 @@ class Reductions:
 
     def table(self) -> list[dict[str, object]]:
         """Return one row of plain values for each design."""
-        names = ("name", "after", "states", "bound", "verified", "stable", "loss", "refused")
-        return [{name: getattr(row, name) for name in names} for row in self.rows]
+        return [row.told() for row in self.rows]
 
     def _repr_html_(self) -> str:
         caption = f"{self.name}: {self.method} on {self.order} flexible modes, judged on the truth"
@@ -126,26 +132,15 @@ def compare_reductions(case: Case, order: int) -> Reductions:
     judge = Judge(case)
     check_reducible(case.truth_modes, order, "order")
     rows = tuple(_row(judge, name, order) for name in SOURCES)
-    return Reductions(case.name, order, case.method, judge.optimal.h2_cost, judge.truth.modes, rows)
+    best = judge.yardstick.optimum().h2_cost
+    return Reductions(case.name, order, case.method, best, judge.truth.modes, rows)
 
 
 def _row(judge: Judge, name: str, order: int) -> ReductionRow:
-    """Design on one small model, close around the truth, and say what came of it."""
-    row = ReductionRow(name, name in REDUCTIONS, 2 * order + 2)
+    """Design on one small model, judge it on the truth, or say why there is no design."""
+    after = name in REDUCTIONS
     try:
         design, controller = judge.design(name, order)
     except SlewctlError as error:
-        return replace(row, refused=str(error))
-    loop = close(judge.truth, judge.case.objective, controller)
-    cost = loop.h2.value if loop.stable else None
-    return replace(
-        row,
-        states=int(design.plant.system.nstates),
-        bound=design.reduced.bound if design.reduced else None,
-        verified=controller.certificate.verified,
-        stable=loop.stable,
-        unstable_hz=() if loop.stable else loop.unstable_hz,
-        cost=cost,
-        loss=None if cost is None else cost / judge.optimal.h2_cost - 1,
-        margins=loop.margins if loop.stable else None,
-    )
+        return ReductionRow(name, after, refused=str(error))
+    return ReductionRow(name, after, Evaluation(design, judge.judge(controller)))

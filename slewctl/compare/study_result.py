@@ -103,7 +103,7 @@ class StudySlice:
         for row in self.rows:
             if row["basis"] == basis and row["outcome"] != "no design":
                 place = self.orders.index(row["n"]), self.hub_ratios.index(row["hub_ratio"])
-                cost = (1 + row["loss"]) / least[row["hub_ratio"]] if stable(row) else math.inf
+                cost = (1 + row["h2_loss"]) / least[row["hub_ratio"]] if stable(row) else math.inf
                 found[place] = cost - 1
         return np.round(found, _DIGITS)
 
@@ -111,7 +111,7 @@ class StudySlice:
         """Return the least cost over the optimum that counts as no loss at a hub."""
         if self.rows[0]["method"] in OPTIMAL:
             return 1.0
-        own = [1 + r["loss"] for r in self.rows if r["hub_ratio"] == hub_ratio and stable(r)]
+        own = [1 + r["h2_loss"] for r in self.rows if r["hub_ratio"] == hub_ratio and stable(r)]
         return min(own, default=1.0)
 
 

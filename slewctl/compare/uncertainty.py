@@ -9,7 +9,8 @@ not a proof that there is none worse.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
 from itertools import product
@@ -22,11 +23,13 @@ from scipy.stats import qmc
 from slewctl._show import Tabular, table_html
 from slewctl._types import Array
 from slewctl.arm import Arm, vary
-from slewctl.compare.case import Case
+from slewctl.compare.case import DEFAULT_SLEW, Case
 from slewctl.compare.evaluation import Judge
+from slewctl.compare.judgement import Judgement, Yardstick
+from slewctl.compare.quantities import QUANTITIES, Reading, read
 from slewctl.design import Controller
 from slewctl.errors import InputError, check_choice, check_count, check_number, shown, suggest
-from slewctl.loop import Loop, Margins, close
+from slewctl.loop import Loop, Slew
 from slewctl.model import truth
 from slewctl.model.truth import DEFAULT_MODES
 from slewctl.plant import Objective
@@ -40,39 +43,6 @@ _MOST_PROPERTIES = 8
 _ON_A_BOUND = 1e-6
 _SMALLEST_STEP = 1e-4
 
-Read = Callable[[Loop], tuple[float, float | None]]
-
-
-def _margin(pick: Callable[[Margins], tuple[float, float | None]]) -> Read:
-    return lambda loop: pick(loop.margins)
-
-
-def _gain(margins: Margins) -> tuple[float, float | None]:
-    found = margins.smaller_gain_db
-    return found.value, found.frequency_hz
-
-
-def _slowest(loop: Loop) -> tuple[float, float | None]:
-    k = int(np.argmax(loop.poles.real))
-    return float(-loop.poles[k].real), float(abs(loop.poles[k]) / (2 * np.pi))
-
-
-def _least_damped(loop: Loop) -> tuple[float, float | None]:
-    ratio = -loop.poles.real / np.abs(loop.poles)
-    k = int(np.argmin(ratio))
-    return float(ratio[k]), float(abs(loop.poles[k]) / (2 * np.pi))
-
-
-QUANTITIES: dict[str, Read] = {
-    "disk_margin": _margin(lambda m: (m.disk.value, m.disk.frequency_hz)),
-    "modulus_margin": _margin(lambda m: (m.modulus.value, m.modulus.frequency_hz)),
-    "gain_margin_db": _margin(_gain),
-    "phase_margin_deg": _margin(lambda m: (m.phase_deg.value, m.phase_deg.frequency_hz)),
-    "delay_margin_s": _margin(lambda m: (m.delay_s.value, m.delay_s.frequency_hz)),
-    "damping_ratio_min": _least_damped,
-    "decay_rate_min": _slowest,
-}
-
 
 @dataclass(frozen=True, eq=False)
 class VariedArm:
@@ -81,23 +51,31 @@ class VariedArm:
     Attributes
     ----------
     properties : mapping of str to float
-    value : float
-        The quantity on a stable loop; on an unstable one its fastest growth rate in 1/s,
-        negative.
-    frequency_hz : float or None
-        Where the value is reached, or where the loop is unstable.
+    reading : Reading
+        The quantity; on an unstable loop its fastest growth rate in 1/s, negative.
     stable : bool
     how : {"nominal", "corner", "sample", "search"}
-    confirmed : bool
-        Whether closed-loop poles confirm the margins.
     """
 
     properties: Mapping[str, float]
-    value: float
-    frequency_hz: float | None
+    reading: Reading
     stable: bool
     how: str
-    confirmed: bool = True
+
+    @property
+    def value(self) -> float:
+        """The quantity, or how fast the unstable loop grows, as a negative number in 1/s."""
+        return self.reading.value
+
+    @property
+    def frequency_hz(self) -> float | None:
+        """Where the value is reached, or where the loop is unstable."""
+        return self.reading.frequency_hz
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether nothing speaks against the value."""
+        return not self.reading.doubt
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,15 +87,8 @@ class WorstCase(Tabular):
     quantity : str
     arm : Arm
         The worst arm, to be rerun: ``close(truth(arm, modes), objective, controller)``.
-    properties : mapping of str to float
-        What was varied, and to which values.
-    value : float
-        The quantity on it; of an unstable loop its growth rate in 1/s, negative.
-    frequency_hz : float or None
-    stable : bool
-        Whether the loop is stable on the worst arm, and so on all that were tried.
-    confirmed : bool
-        Whether the margins of the worst arm are confirmed by closed-loop poles.
+    worst : VariedArm
+        The same arm among the trials.
     at_corner : bool
         Whether every property is at a bound.
     nominal : VariedArm
@@ -130,15 +101,36 @@ class WorstCase(Tabular):
 
     quantity: str
     arm: Arm
-    properties: Mapping[str, float]
-    value: float
-    frequency_hz: float | None
-    stable: bool
-    confirmed: bool
+    worst: VariedArm
     at_corner: bool
     nominal: VariedArm
     trials: tuple[VariedArm, ...]
     modes: int
+
+    @property
+    def properties(self) -> Mapping[str, float]:
+        """What was varied, and to which values, on the worst arm."""
+        return self.worst.properties
+
+    @property
+    def value(self) -> float:
+        """The quantity on the worst arm; of an unstable loop its growth rate, negative."""
+        return self.worst.value
+
+    @property
+    def frequency_hz(self) -> float | None:
+        """Where that value is reached."""
+        return self.worst.frequency_hz
+
+    @property
+    def stable(self) -> bool:
+        """Whether the loop is stable on the worst arm, and so on all that were tried."""
+        return self.worst.stable
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether nothing speaks against the worst value."""
+        return self.worst.confirmed
 
     def rows(self) -> list[dict[str, object]]:
         """Return one row for each arm tried."""
@@ -197,7 +189,8 @@ def worst_case(
         Lowest and highest value of each uncertain property, by the names of `slewctl.vary`:
         for example ``{"payload_mass": (0.0, 0.2), "stiffness_factor": (0.9, 1.1)}``.
     quantity : str
-        What is to be large: a key of `QUANTITIES`.  Stability comes first in any case.
+        What is to be good: a key of `QUANTITIES`.  Stability comes first in any case; a loop
+        without a case makes the slew of one.
     samples : int
         Arms inside of the box, of a Sobol sequence with a random shift.
     searches, evaluations : int
@@ -242,21 +235,29 @@ class _Subject:
     arm: Arm
     objective: Objective
     controller: Controller
+    slew: Slew
     modes: int
 
     @staticmethod
     def of(design: Case | Loop) -> _Subject:
         if isinstance(design, Case):
-            controller = Judge(design).design(design.basis, design.n)[1]
-            return _Subject(design.arm, design.objective, controller, design.truth_modes)
+            controller = Judge(design).own[1]
+            return _Subject(
+                design.arm, design.objective, controller, design.slew, design.truth_modes
+            )
         if isinstance(design, Loop):
             modes = max(design.model.n, DEFAULT_MODES)
-            return _Subject(design.model.arm, design.objective, design.controller, modes)
+            return _Subject(
+                design.model.arm, design.objective, design.controller, DEFAULT_SLEW, modes
+            )
         raise InputError(
             f"{shown(design)} is neither a Case nor a Loop",
             where="worst_case",
             remedy="give a case, or slewctl.close(model, objective, controller)",
         )
+
+    def judge(self, arm: Arm) -> Judgement:
+        return Yardstick(truth(arm, self.modes), self.objective).judge(self.controller, self.slew)
 
 
 @dataclass(eq=False)
@@ -270,7 +271,7 @@ class _Search:
     quantity: str
     trials: list[VariedArm] = field(default_factory=list)
     points: list[Array] = field(default_factory=list)
-    known: dict[tuple[float, ...], float] = field(default_factory=dict)
+    known: dict[tuple[float, ...], VariedArm] = field(default_factory=dict)
 
     def properties(self, point: Array) -> dict[str, float]:
         values = self.low + point * (self.high - self.low)
@@ -280,8 +281,8 @@ class _Search:
     def nominal(self) -> VariedArm:
         return self._judged(self.subject.arm, {}, "nominal")
 
-    def try_at(self, point: Array, how: str) -> float:
-        """Return the value at a point, which is clipped to the cube."""
+    def try_at(self, point: Array, how: str) -> VariedArm:
+        """Return the trial at a point, which is clipped to the cube."""
         point = np.clip(point, 0.0, 1.0)
         properties = self.properties(point)
         key = tuple(properties.values())
@@ -290,33 +291,40 @@ class _Search:
             trial = self._judged(arm, properties, how)
             self.trials.append(trial)
             self.points.append(point)
-            self.known[key] = trial.value
+            self.known[key] = trial
         return self.known[key]
 
     def _judged(self, arm: Arm, properties: dict[str, float], how: str) -> VariedArm:
-        model = truth(arm, self.subject.modes)
-        loop = close(model, self.subject.objective, self.subject.controller)
-        kept = MappingProxyType(properties)
-        if not loop.stable:
-            growth = max(float(loop.poles.real.max()), 0.0)
-            return VariedArm(kept, -growth, loop.unstable_hz[0], False, how)
-        value, hertz = QUANTITIES[self.quantity](loop)
-        confirmed = "margin" not in self.quantity or loop.margins.confirmed
-        return VariedArm(kept, value, hertz, True, how, confirmed)
+        judged = self.subject.judge(arm)
+        reading = read(judged, self.quantity)
+        if not judged.stable:
+            growth = max(float(judged.poles.real.max()), 0.0)
+            reading = Reading(-growth, reading.frequency_hz)
+        return VariedArm(MappingProxyType(properties), reading, judged.stable, how)
 
     def rank(self, k: int) -> tuple[bool, float]:
-        """What makes a trial worse: unstable before stable, then the smaller value."""
-        return self.trials[k].stable, self.trials[k].value
+        """What makes a trial worse: unstable before stable, then the worse value."""
+        return self.trials[k].stable, self._good(self.trials[k])
+
+    def _good(self, trial: VariedArm) -> float:
+        """Return the value, as a number that is the greater the better."""
+        if math.isnan(trial.value):
+            return -math.inf
+        smaller = trial.stable and QUANTITIES[self.quantity].better == "smaller"
+        return -trial.value if smaller else trial.value
 
     def descend(self, searches: int, evaluations: int) -> None:
         """Search on from the worst arms so far, downhill without gradients."""
         starts = sorted(range(len(self.trials)), key=self.rank)[:searches]
-        largest = max(
-            (t.value for t in self.trials if np.isfinite(t.value)), default=1.0
-        )  # stands for infinite margins, which are no slope to descend
+        heights = [self._good(t) for t in self.trials if t.stable and np.isfinite(t.value)]
+        # Stands for infinite values, which are no slope to descend.
+        most = 10 * max(map(abs, heights), default=1.0) + 1.0
 
         def height(point: Array) -> float:
-            return min(self.try_at(point, "search"), 10 * abs(largest) + 1.0)
+            trial = self.try_at(point, "search")
+            return float(np.clip(self._good(trial), -most, most)) - (
+                0 if trial.stable else 2 * most
+            )
 
         for k in starts:
             start = self.points[k]
@@ -342,11 +350,7 @@ class _Search:
         return WorstCase(
             self.quantity,
             vary(self.subject.arm, **worst.properties),
-            worst.properties,
-            worst.value,
-            worst.frequency_hz,
-            worst.stable,
-            worst.confirmed,
+            worst,
             bool(edge.all()),
             nominal,
             tuple(self.trials),

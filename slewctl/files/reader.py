@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from slewctl.arm import Arm, catalogue, vary
-from slewctl.check import check_limits
+from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import Case
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import arm_of_table
@@ -25,8 +25,6 @@ from slewctl.loop import Slew
 from slewctl.plant import Objective
 from slewctl.plant.signals import ACTUATORS, check_signals
 
-# What is required of the response to a slew, and means nothing without one.
-_OF_A_SLEW = frozenset({"torque_peak_max", "voltage_peak_max", "settling_time_max"})
 # Limits, or noise, that are right, beside which the others are looked at.
 _HALF = {"theta": 1.0, "torque": 1.0}
 _OF_CONTROL = ("limits", "noise")
@@ -104,7 +102,7 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     common = {} if faults else requirements
     variations = faults.attempt(read_variations, tried, arm or _stand_in(), common) or ()
     asked = [requirements, *(variation.requirements for variation in variations)]
-    needs_slew = needs_slew or any(_OF_A_SLEW & limits.keys() for limits in asked)
+    needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in asked)
     if needs_slew and "slew" not in source.content:
         faults.add([missing("slew")])
     faults.tell()
@@ -120,6 +118,10 @@ def _arm(content: Mapping[str, Any], tables: Mapping[str, Any], faults: Faults) 
     if {"catalogue", "beam"} & (content["arm"].keys() - keys.keys()):
         keys = {**keys, "catalogue": catalogue.names()[0], "beam": None}
     return faults.attempt(arm_of_table, ArmTable.model_construct(**keys))
+
+
+def _asks_for_a_slew(requirements: Iterable[str]) -> bool:
+    return any(REQUIREMENTS[name].kind == "slew" for name in requirements if name in REQUIREMENTS)
 
 
 def _check_schema(content: Mapping[str, Any]) -> None:

@@ -6,25 +6,20 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-import numpy as np
-
 from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
 from slewctl.check.baseline import Baseline
-from slewctl.check.requirements import Reading
-from slewctl.compare import Evaluation, Judge
+from slewctl.compare import QUANTITIES, Judge, Judgement, Reading
 from slewctl.errors import SlewctlError
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
-from slewctl.gate.fingerprint import fingerprint
-
-# What arithmetic may raise on a plant that nobody thought of.  It breaks one design, which
-# then fails the build, and must not hide the verdicts on the others.
-_BREAKDOWNS = (ArithmeticError, ValueError, np.linalg.LinAlgError, MemoryError, RecursionError)
+from slewctl.gate.fingerprint import digest, fingerprint
 
 
 def check_designs(
     paths: Iterable[Path],
     progress: Callable[[str], None] | None = None,
-    unchanged: Baseline | None = None,
+    baseline: Baseline | None = None,
+    *,
+    changed_only: bool = False,
 ) -> tuple[DesignResult, ...]:
     """Return the result of every design in files and folders.
 
@@ -34,8 +29,11 @@ def check_designs(
         TOML files, and folders of them.
     progress : callable, optional
         Called with a file's path before it is judged.
-    unchanged : Baseline, optional
-        Designs that it accepted, and that have not changed since, are not judged again.
+    baseline : Baseline, optional
+        What it holds of a design is measured too, required or not.
+    changed_only : bool
+        Whether designs that the baseline accepted, and that have not changed since, are left
+        as they are.
 
     Raises
     ------
@@ -47,37 +45,56 @@ def check_designs(
     for path, name in name_designs(find_designs(paths)).items():
         if progress is not None:
             progress(str(path))
-        results.append(check_file(path, name, unchanged))
+        results.append(check_file(path, name, baseline, changed_only=changed_only))
     return tuple(results)
 
 
-def check_file(path: Path, name: str = "", unchanged: Baseline | None = None) -> DesignResult:
+def check_file(
+    path: Path,
+    name: str = "",
+    baseline: Baseline | None = None,
+    *,
+    changed_only: bool = False,
+) -> DesignResult:
     """Return the result of one design file; a broken one says why."""
     name = name or path.stem
     try:
         design = read_design(path, name)
     except SlewctlError as error:
         return DesignResult(name, path, error=str(error), error_line=_line_of(error, path))
-    if unchanged is not None:
-        skipped = skip_unchanged(design, unchanged)
-        if skipped is not None:
-            return skipped
-    return examine(design)
+    if baseline is None:
+        return examine(design)
+    skipped = skip_unchanged(design, baseline) if changed_only else None
+    if skipped is not None:
+        return skipped
+    accepted = baseline.accepted(path, digest(design.source.text))
+    return examine(design, accepted.arms if accepted else {})
 
 
 def skip_unchanged(design: DesignFile, baseline: Baseline) -> DesignResult | None:
     """Return the result of a design that was accepted as it is, None if it must be judged."""
-    accepted = baseline.accepted(design.path)
-    mark = fingerprint(design.source.text)
+    text = design.source.text
+    accepted = baseline.accepted(design.path, digest(text))
+    mark = fingerprint(text)
     if accepted is None or accepted.fingerprint != mark:
         return None
-    return DesignResult(design.case.name, design.path, fingerprint=mark, unchanged=True)
+    return DesignResult(
+        design.case.name, design.path, fingerprint=mark, digest=digest(text), unchanged=True
+    )
 
 
-def examine(design: DesignFile) -> DesignResult:
+def examine(
+    design: DesignFile, known: Mapping[str, Mapping[str, float]] | None = None
+) -> DesignResult:
     """Return the verdicts on a design, for its own arm and for each variation.
 
     The controller is designed once, for the arm as the file describes it.
+
+    Parameters
+    ----------
+    design : DesignFile
+    known : mapping of str to mapping, optional
+        By arm, quantities that are measured though nothing requires them.
     """
     start = time.perf_counter()
     judging = Judge(design.case)
@@ -85,37 +102,34 @@ def examine(design: DesignFile) -> DesignResult:
     recorded: dict[str, Mapping[str, Reading]] = {}
     error, line = "", None
     try:
-        for arm, evaluation, limits in _evaluations(design, judging):
-            findings += [
-                Finding(verdict, arm, _line(design, arm, verdict.requirement))
-                for verdict in judge(evaluation, limits)
-            ]
-            recorded[arm] = measure(evaluation, limits)
+        with design.source.computing():
+            for arm, judgement, limits in _judgements(design, judging):
+                findings += [
+                    Finding(verdict, arm, _line(design, arm, verdict.requirement))
+                    for verdict in judge(judgement, limits)
+                ]
+                beside = [QUANTITIES[name].requirement for name in (known or {}).get(arm, {})]
+                recorded[arm] = measure(judgement, [*limits, *beside])
     except SlewctlError as refused:
-        where = refused.where.removeprefix(f"{design.path}: ")
-        line = design.source.line(where)
-        place = f"{design.path}:{line}" if line else str(design.path)
-        error = str(type(refused)(refused.what, where=where, remedy=refused.remedy).within(place))
-    except _BREAKDOWNS as broken:
-        what = " ".join(f"{type(broken).__name__}: {broken}".split())
-        error = f"{design.path}: the computation broke down ({what}); change a weight or a value"
+        error, line = str(refused), _line_of(refused, design.path)
     return DesignResult(
         design.case.name,
         design.path,
         tuple(findings),
         recorded,
         fingerprint=fingerprint(design.source.text),
+        digest=digest(design.source.text),
         error=error,
         error_line=line,
         seconds=time.perf_counter() - start,
     )
 
 
-def _evaluations(
+def _judgements(
     design: DesignFile, judging: Judge
-) -> Iterable[tuple[str, Evaluation, Mapping[str, float | bool]]]:
-    """Yield each arm's name, the evaluation on it, and what is required there."""
-    yield NOMINAL, judging.evaluate(*judging.chosen).evaluation, design.requirements
+) -> Iterable[tuple[str, Judgement, Mapping[str, float | bool]]]:
+    """Yield each arm's name, what the controller achieves on it, and what is required there."""
+    yield NOMINAL, judging.evaluate(*judging.chosen).judgement, design.requirements
     for variation in design.variations:
         yield variation.name, judging.vary(variation.arm), variation.requirements
 

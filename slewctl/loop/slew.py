@@ -100,6 +100,7 @@ class SlewSummary:
     peak_torque: float
     peak_voltage: float | None = None
     saturates: bool = False
+    overshoot: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from slewctl.compare import CaseResult, Comparison, Evaluation
+from slewctl.compare import (
+    QUANTITIES,
+    CaseResult,
+    Comparison,
+    Evaluation,
+    Quantity,
+    Reading,
+    read,
+)
+from slewctl.compare.quantities import Kind
 from slewctl.report.comparison_figures import (
     bode_figure,
     ladder_figure,
@@ -45,7 +55,7 @@ def write_comparison(comparison: Comparison, folder: Path, *, as_parquet: bool =
         If the folder cannot be written, or pyarrow is missing; nothing is left half-written.
     """
     cases = [_section(k, case) for k, case in enumerate(comparison.cases)]
-    results = {"versions": versions(), "cases": [_without_curves(c) for c in comparison.cases]}
+    results = {"versions": versions(), "cases": [_record(c) for c in comparison.cases]}
     files: dict[str, str | bytes] = {
         "index.html": render("comparison.html", cases=cases),
         "index.md": render("comparison.md", cases=cases),
@@ -62,14 +72,49 @@ def write_comparison(comparison: Comparison, folder: Path, *, as_parquet: bool =
     return folder / "index.html"
 
 
-def _without_curves(result: CaseResult) -> dict[str, Any]:
+def _record(result: CaseResult) -> dict[str, Any]:
     """Return a case as JSON knows it, without what the long tables hold."""
-    plain = to_plain(result)
-    for evaluation in plain["evaluations"]:
-        del evaluation["poles"]
-    plain["chosen"] = {key: plain["chosen"][key] for key in ("basis", "n")}
-    del plain["curves"], plain["shapes"], plain["ladders"]
-    return dict(plain)
+    return {
+        "case": result.case,
+        "truth": result.truth,
+        "chosen": {"basis": result.chosen.basis, "n": result.chosen.n},
+        "followed": [
+            {
+                "quantity": followed.quantity.name,
+                "converged": followed.converged,
+                "seen": [{"modes": s.modes, "value": _known(s.reading)} for s in followed.seen],
+            }
+            for followed in result.followed
+        ],
+        "evaluations": [_evaluation(e) for e in result.evaluations],
+        "refused": result.refused,
+    }
+
+
+def _evaluation(e: Evaluation) -> dict[str, Any]:
+    return {
+        "basis": e.basis,
+        "n": e.n,
+        "frequencies_hz": e.design.omega / (2 * math.pi),
+        "frequency_errors": e.frequency_errors,
+        "verified": e.verified,
+        "certificate": str(e.controller.certificate),
+        "expected_cost": e.controller.h2_cost,
+        "stable": e.stable,
+        "unstable_hz": e.judgement.unstable_hz,
+        "quantities": {
+            name: reading._asdict() | {"value": _known(reading)}
+            for name, reading in _readings(e).items()
+        },
+    }
+
+
+def _readings(e: Evaluation) -> dict[str, Reading]:
+    return {name: read(e.judgement, name) for name in QUANTITIES}
+
+
+def _known(reading: Reading) -> float | None:
+    return None if math.isnan(reading.value) else reading.value
 
 
 def _section(place: int, result: CaseResult) -> dict[str, Any]:
@@ -81,9 +126,13 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "case": result.case,
         "truth": result.truth,
         "chosen": result.chosen,
+        "clock": _clock(result.chosen),
+        "rows": [(e, _readings(e)) for e in result.evaluations],
+        "groups": _groups(result),
         "bases": [(basis, _row(result, basis)) for basis in _bases(result)],
         "orders": sorted({e.n for e in result.evaluations}),
         "unstable": [e for e in result.evaluations if not e.stable],
+        "saturating": [e for e in result.evaluations if e.stable and e.judgement.saturation],
         "inputs": _inputs(result),
         "figures": [
             (shapes_figure(result, f"s{place}"), SHAPES),
@@ -94,6 +143,33 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
             (slew_figure(result, f"t{place}"), SLEW),
         ],
     }
+
+
+# The tables of all designs: a heading, and the kinds of quantities that stand in each.
+_TABLES_OF_KINDS: dict[str, tuple[Kind, ...]] = {
+    "Margins": ("margin",),
+    "Sensitivity and poles": ("sensitivity", "pole"),
+    "Cost, and levels under noise": ("cost", "noise"),
+    "The slew": ("slew",),
+}
+
+
+def _groups(result: CaseResult) -> list[tuple[str, list[Quantity]]]:
+    """Return the tables' headings with their quantities; volts only where there is a motor."""
+    motor = result.case.arm.motor is not None
+    return [
+        (title, [q for q in QUANTITIES.values() if q.kind in kinds and (motor or q.unit != "V")])
+        for title, kinds in _TABLES_OF_KINDS.items()
+    ]
+
+
+def _clock(chosen: Evaluation) -> str:
+    """Return the controller's clock in words; empty for a continuous one."""
+    controller = chosen.controller
+    if not controller.sample_time:
+        return ""
+    delay = f" and a delay of {1000 * controller.delay:g} ms" if controller.delay else ""
+    return f"a clock of {1000 * controller.sample_time:g} ms{delay}"
 
 
 SHAPES = (
@@ -144,43 +220,29 @@ def _each(comparison: Comparison) -> Iterator[tuple[CaseResult, Evaluation]]:
             yield case, evaluation
 
 
+# Kinds of quantities that are reached at a frequency.
+_PLACED: tuple[Kind, ...] = ("margin", "sensitivity", "pole")
+
+
 def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case, e in _each(comparison):
-        margins, slew = e.margins, e.slew
-        yield {
+        found: dict[str, Any] = {
             "case": case.case.name,
             "basis": e.basis,
             "n": e.n,
             "chosen": e is case.chosen,
             "verified": e.verified,
-            "stable": e.stable,
-            "unstable_hz": e.unstable_hz[0] if e.unstable_hz else None,
+            "unstable_hz": None if e.stable else e.judgement.unstable_hz[0],
             "worst_frequency_error": e.worst_frequency_error,
-            "gain_margin_db": margins.gain_db.value if margins else None,
-            "gain_margin_at_hz": margins.gain_db.frequency_hz if margins else None,
-            "gain_reduction_db": margins.gain_reduction_db.value if margins else None,
-            "gain_reduction_at_hz": margins.gain_reduction_db.frequency_hz if margins else None,
-            "phase_margin_deg": margins.phase_deg.value if margins else None,
-            "phase_margin_at_hz": margins.phase_deg.frequency_hz if margins else None,
-            "delay_margin_s": margins.delay_s.value if margins else None,
-            "delay_margin_at_hz": margins.delay_s.frequency_hz if margins else None,
-            "modulus_margin": margins.modulus.value if margins else None,
-            "modulus_margin_at_hz": margins.modulus.frequency_hz if margins else None,
-            "disk_margin": margins.disk.value if margins else None,
-            "disk_margin_at_hz": margins.disk.frequency_hz if margins else None,
-            "margins_confirmed": margins.confirmed if margins else None,
-            "damping_ratio_min": e.damping_ratio.value,
-            "damping_ratio_at_hz": e.damping_ratio.frequency_hz,
-            "decay_rate_min": e.decay_rate.value,
-            "expected_cost": e.expected_cost,
-            "cost": e.cost,
+            "expected_cost": e.controller.h2_cost,
             "optimal_cost": case.truth.optimal_cost,
-            "loss": e.loss,
-            "settling_time_s": slew.settling_time_s if slew else None,
-            "residual_m": slew.residual_m if slew else None,
-            "peak_torque": slew.peak_torque if slew else None,
-            "peak_voltage": slew.peak_voltage if slew else None,
+            "margins_confirmed": e.judgement.margins.confirmed if e.stable else None,
         }
+        for name, reading in _readings(e).items():
+            found[name] = e.stable if name == "stable" else _known(reading)
+            if QUANTITIES[name].kind in _PLACED:
+                found[f"{name}_at_hz"] = reading.frequency_hz if e.stable else None
+        yield found
 
 
 def _truth_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
@@ -191,7 +253,7 @@ def _truth_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
 
 def _pole_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case, e in _each(comparison):
-        for pole in e.poles:
+        for pole in e.judgement.poles:
             yield {
                 "case": case.case.name, "basis": e.basis, "n": e.n,
                 "real": pole.real, "imag": pole.imag,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from slewctl.compare import CaseResult, Evaluation, LoopCurves
+from slewctl.compare import CaseResult, Evaluation, LoopCurves, Rung
 from slewctl.report.drawing import ALARM, INK, figure, legend, style, svg
 
 # Less than a hundredth of a percent lost is drawn as that.
@@ -42,8 +42,8 @@ def ladder_figure(result: CaseResult, name: str) -> str:
         looks = style(ladder.basis, i)
         modes = [rung.modes for rung in ladder.rungs]
         lost = [rung.modes for rung in ladder.rungs if not rung.stable]
-        margins = [np.nan if rung.disk is None else rung.disk for rung in ladder.rungs]
-        losses = [np.nan if r.loss is None else max(r.loss, _LEAST_LOSS) for r in ladder.rungs]
+        margins = [_value(rung, "disk_margin") for rung in ladder.rungs]
+        losses = [max(_value(rung, "h2_loss"), _LEAST_LOSS) for rung in ladder.rungs]
         left.plot(
             modes, margins, marker=".", lw=1.3, label=f"{ladder.basis}, n = {ladder.n}", **looks
         )
@@ -65,16 +65,22 @@ def ladder_figure(result: CaseResult, name: str) -> str:
     return svg(fig, name, f"Disk margin and loss of {result.case.name} over the modes let in")
 
 
+def _value(rung: Rung, name: str) -> float:
+    value = rung.value(name)
+    return np.nan if value is None else value
+
+
 def poles_figure(result: CaseResult, name: str) -> str:
     """Return decay rate against frequency of the closed-loop poles on the truth."""
     fig, axes = figure(size=(7.2, 3.4))
     ax = axes[0]
     # The linear part of the axis around zero holds what decays slower than a tenth of
     # what is usual here.
-    usual = np.median(np.abs(result.chosen.poles.real))
+    usual = np.median(np.abs(result.chosen.judgement.poles.real))
     linear = float(10.0 ** np.floor(np.log10(usual) - 1))
     for i, evaluation in enumerate(_same_order(result)):
-        poles = evaluation.poles[evaluation.poles.imag >= 0]
+        poles = evaluation.judgement.poles
+        poles = poles[poles.imag >= 0]
         hertz, decay = np.abs(poles) / (2 * np.pi), -poles.real
         looks = style(evaluation.basis, i)
         marker = "ox^s"[i % 4]

@@ -26,7 +26,7 @@ def render(template: str, **values: Any) -> str:
     )
     environment.filters.update(
         zip=zip, number=number, percent=percent, hertz=hertz, tiny=tiny, svg=Markup, tidy=tidy,
-        lost=lost,
+        lost=lost, words=words,
     )  # fmt: skip
     environment.globals.update(zip=zip)
     return environment.get_template(template).render(versions=versions(), **values)
@@ -79,6 +79,13 @@ def tiny(value: float | None) -> str:
 def tidy(value: float | str) -> str:
     """Return the value of an axis: names apart from each other, numbers without noughts."""
     return value.replace("+", ", ") if isinstance(value, str) else f"{value:g}"
+
+
+def words(name: str) -> str:
+    """Return a quantity's name as words, without the unit that stands beside it."""
+    for unit in ("_db", "_deg", "_hz", "_s"):
+        name = name.removesuffix(unit)
+    return name.replace("_", " ")
 
 
 def lost(value: float) -> str:

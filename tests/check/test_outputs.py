@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-from gate_results import ALL, BROKEN, FAILED, PASSED, UNCHANGED
+from gate_results import ALL, BROKEN, FAILED, MISSING, PASSED, UNCHANGED
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,7 +22,7 @@ from slewctl.report.export import json_text
     ("results", "status"),
     [
         ([], 0), ([PASSED], 0), ([PASSED, UNCHANGED], 0), ([PASSED, FAILED], 1),
-        ([FAILED, BROKEN, PASSED], 2), ([BROKEN], 2), ([DesignResult("empty", Path("x.toml"))], 1),
+        ([PASSED, MISSING], 1), ([FAILED, BROKEN, PASSED], 2), ([BROKEN], 2), ([DesignResult("empty", Path("x.toml"))], 1),
     ],
 )  # fmt: skip
 def test_exit_status_is_that_of_the_worst(results: list[DesignResult], status: int) -> None:
@@ -76,9 +76,9 @@ def test_junit_is_well_formed_whatever_the_names(text: str) -> None:
 
 def test_record_holds_every_verdict_in_order() -> None:
     record = json.loads(json_text(to_record(ALL, "1.2")))
-    assert (record["schema"], record["slewctl"], record["status"]) == ("slewctl-check/1", "1.2", 2)
+    assert (record["schema"], record["slewctl"], record["status"]) == ("slewctl-check/2", "1.2", 2)
     assert record["summary"] == {
-        "designs": 4, "passed": 1, "failed": 1, "broken": 1, "unchanged": 1,
+        "designs": 4, "passed": 1, "failed": 1, "broken": 1, "missing": 0, "unchanged": 1,
         "verdicts": 7, "verdicts_failed": 2,
     }  # fmt: skip
     good, bad, broken, same = record["designs"]
@@ -88,10 +88,11 @@ def test_record_holds_every_verdict_in_order() -> None:
             "requirements": [
                 {"requirement": "stable", "passed": True, "value": 1.0, "limit": 1.0,
                  "sense": "at least", "unit": "", "frequency_hz": None, "mode": "", "line": 3,
-                 "note": ""},
+                 "note": "", "seen": [{"modes": 20, "value": 1.0}, {"modes": 40, "value": 1.0}]},
                 {"requirement": "gain_margin_db", "passed": True, "value": 9.0, "limit": 6.0,
                  "sense": "at least", "unit": "dB", "frequency_hz": 3.25, "mode": "mode 1 (3.3 Hz)",
-                 "line": 4, "note": ""},
+                 "line": 4, "note": "",
+                 "seen": [{"modes": 20, "value": 9.0}, {"modes": 40, "value": 9.0}]},
             ],
             "baseline": [],
             "measured": {"gain_margin_db": {"value": 9.0, "frequency_hz": 3.25},
@@ -102,6 +103,17 @@ def test_record_holds_every_verdict_in_order() -> None:
     assert bad["arms"][1]["requirements"][2]["value"] is None
     assert (broken["status"], broken["line"], broken["arms"]) == ("broken", 5, [])
     assert (same["status"], same["error"]) == ("unchanged", None)
+
+
+def test_a_missing_design_is_told_in_every_output() -> None:
+    (suite,) = ET.fromstring(to_junit([MISSING]))
+    failure = suite.find("testcase/failure")
+    assert failure is not None
+    assert "in the baseline, not found" in str(failure.get("message"))
+    assert to_record([MISSING], "1")["designs"][0]["status"] == "missing"
+    (line,) = to_annotations([MISSING], Path())
+    assert line.startswith("::error file=designs/gone.toml,line=1")
+    assert "not found" in line
 
 
 def test_record_is_alike_whenever_it_is_written() -> None:

@@ -115,6 +115,17 @@ def test_arithmetic_that_breaks_down_names_the_file(command: list[str], kind: st
         assert done.stderr == ""
 
 
+@pytest.mark.parametrize("kind", ["pipe", "zero"])
+def test_a_baseline_is_an_ordinary_file(kind: str) -> None:
+    if kind == "pipe":
+        os.mkfifo("b.json")
+    else:
+        Path("b.json").symlink_to("/dev/zero")
+    done = slewctl("check", design("good"), "--baseline", "b.json")
+    assert done.returncode == 2
+    assert done.stderr.startswith("slewctl: b.json: cannot be read: it is not an ordinary file")
+
+
 HOSTILE = "x\x1b[2J\x00\n::error file=a::b ##[add-mask]c"
 
 

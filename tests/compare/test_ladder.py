@@ -23,7 +23,15 @@ from slewctl import (
     lqg,
     truth,
 )
-from slewctl.compare import Case, destabilised_mode, evaluate, first_modes, spillover_ladder
+from slewctl.compare import (
+    QUANTITIES,
+    Case,
+    destabilised_mode,
+    evaluate,
+    first_modes,
+    read,
+    spillover_ladder,
+)
 from slewctl.model import Truth
 
 FROM_HUB = Objective({"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "theta": 1e-3, "theta_dot": 1e-2})
@@ -76,15 +84,12 @@ def test_first_modes_refuses_what_it_cannot_cut() -> None:
 
 def test_last_rung_is_the_verdict_on_the_truth() -> None:
     case = case_of(FROM_HUB, basis="clamped-free", n=1)
-    ladder, verdict = spillover_ladder(case), evaluate(case)
+    ladder, judged = spillover_ladder(case), evaluate(case).judgement
     last = ladder.rungs[-1]
     assert [rung.modes for rung in ladder.rungs] == list(range(1, 13))
-    assert (last.stable, last.cost, last.loss) == (True, verdict.cost, verdict.loss)
-    assert verdict.margins is not None
-    assert (last.gain_db, last.phase_deg) == (
-        verdict.margins.gain_db.value,
-        verdict.margins.phase_deg.value,
-    )
+    assert (last.stable, last.judgement.cost) == (judged.stable, judged.cost)
+    for name in ("h2_loss", "gain_margin_db", "phase_margin_deg"):
+        assert last.value(name) == read(judged, name).value
     assert ladder.stable_on_truth
     assert ladder.first_unstable is ladder.unstable_from is None
     assert "stable with N = 1 to 12" in str(ladder)
@@ -99,12 +104,11 @@ def test_each_rung_is_a_loop_of_its_own() -> None:
         loop = close(model, case.objective, ladder.controller)
         assert_allclose(rung.frequency_hz, model.frequencies_hz[-1], rtol=1e-9)
         assert rung.stable == loop.stable
-        assert_allclose(rung.cost, loop.h2.value, rtol=1e-7)
-        assert_allclose(
-            rung.optimum, lqg(generalised_plant(model, case.objective)).h2_cost, rtol=1e-8
-        )
-        assert_allclose(rung.disk, loop.margins.disk.value, rtol=1e-5)
-        assert rung.loss > -1e-7
+        assert_allclose(rung.judgement.cost, loop.h2.value, rtol=1e-7)
+        best = lqg(generalised_plant(model, case.objective)).h2_cost
+        assert_allclose(rung.judgement.optimum.h2_cost, best, rtol=1e-8)
+        assert_allclose(rung.value("disk_margin"), loop.margins.disk.value, rtol=1e-5)
+        assert rung.judgement.loss > -1e-7
 
 
 def test_ladder_finds_the_neglected_mode() -> None:
@@ -114,13 +118,15 @@ def test_ladder_finds_the_neglected_mode() -> None:
     lost = ladder.first_unstable
     assert lost is not None
     assert (lost.modes, ladder.unstable_from, ladder.stable_on_truth) == (2, 2, False)
-    assert (lost.margins, lost.cost, lost.loss, lost.disk, lost.gain_db) == (None,) * 5
-    assert lost.optimum > 0
+    assert [lost.value(name) for name in QUANTITIES if name != "stable"] == [None] * (
+        len(QUANTITIES) - 1
+    )
+    assert lost.judgement.optimum.h2_cost > 0
     found = lost.destabilised
     assert found is not None
     assert (found.number, found.neglected, found.method) == (2, True, "continuation")
     assert_allclose(found.frequency_hz, lost.frequency_hz, rtol=1e-12)
-    assert_allclose(abs(found.pole) / (2 * np.pi), lost.unstable_hz[0], rtol=1e-9)
+    assert_allclose(abs(found.pole) / (2 * np.pi), lost.judgement.unstable_hz[0], rtol=1e-9)
     assert "lost at N = 2: mode 2" in str(ladder)
 
 

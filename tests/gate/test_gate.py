@@ -63,12 +63,15 @@ def test_a_variation_is_the_nominal_controller_on_the_truth_of_the_varied_arm(
         best = lqg(generalised_plant(real, case.objective)).h2_cost
         values = {name: reading.value for name, reading in result.recorded[name].items()}
         margins = loop.margins
-        assert values["gain_margin_db"] == pytest.approx(
-            min(margins.gain_db.value, margins.gain_reduction_db.value), rel=1e-9
-        )
-        assert values["disk_margin"] == pytest.approx(margins.disk.value, rel=1e-9)
+        # The worse of the values on this truth and on one of twice the modes, which agree.
+        gain = min(margins.gain_db.value, margins.gain_reduction_db.value)
+        for known, value in (
+            (gain, values["gain_margin_db"]), (margins.disk.value, values["disk_margin"])
+        ):  # fmt: skip
+            assert value == pytest.approx(known, rel=1e-6)
+            assert value <= known
         if name != "light-hub":
-            assert values["h2_loss_max"] == pytest.approx(loop.h2.value / best - 1, rel=1e-6)
+            assert values["h2_loss"] == pytest.approx(loop.h2.value / best - 1, rel=1e-2)
     asked = {
         arm: [f.verdict.requirement for f in result.findings if f.arm == arm]
         for arm in result.recorded
@@ -82,13 +85,11 @@ def test_a_variation_is_the_nominal_controller_on_the_truth_of_the_varied_arm(
 def test_the_case_itself_is_a_variation_that_changes_nothing(tmp_path: Path) -> None:
     case = read_design(written(tmp_path, "x.toml", FAST)).case
     judge = Judge(case)
-    own, same = judge.evaluate(*judge.chosen).evaluation, judge.vary(case.arm)
+    own, same = judge.evaluate(*judge.chosen).judgement, judge.vary(case.arm)
     np.testing.assert_array_equal(own.poles, same.poles)
-    assert own.margins is not None
-    assert same.margins is not None
     assert own.margins.disk.value == same.margins.disk.value
     assert own.margins.phase_deg.value == same.margins.phase_deg.value
-    assert own.finer == same.finer
+    assert own.finer.loss == same.finer.loss
 
 
 def test_the_controller_is_designed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,21 +159,21 @@ def test_unchanged_designs_are_skipped_and_only_those(
 ) -> None:
     path = written(tmp_path, "x.toml", FAST)
     empty = Baseline(tmp_path / "b.json", {})
-    first = check_file(path, unchanged=empty)
+    first = check_file(path, baseline=empty, changed_only=True)
     assert first.status == "passed"
     baseline, _ = accept(empty, [first])
-    again = check_file(path, unchanged=baseline)
+    again = check_file(path, baseline=baseline, changed_only=True)
     assert (again.status, again.findings) == ("unchanged", ())
     path.write_text(FAST + "# a comment\n")
-    assert check_file(path, unchanged=baseline).status == "passed"
+    assert check_file(path, baseline=baseline, changed_only=True).status == "passed"
     path.write_text(FAST)
     monkeypatch.setattr(fingerprint_module, "_programs", lambda: "slewctl 0.0.1")
-    assert check_file(path, unchanged=baseline).status == "passed"
+    assert check_file(path, baseline=baseline, changed_only=True).status == "passed"
 
 
 def test_fingerprints_cover_text_and_programs(monkeypatch: pytest.MonkeyPatch) -> None:
     programs = fingerprint_module._programs()
-    for name in ("slewctl ", "numpy ", "scipy ", "control "):
+    for name in ("python ", "slewctl ", "numpy ", "scipy ", "control "):
         assert name in programs
     assert fingerprint("a") == fingerprint("a") != fingerprint("b")
     before = fingerprint("a")

@@ -1,0 +1,107 @@
+"""A quantity followed over truths of twice the modes, until it stands still.
+
+What is read from a truth of N modes is true of the arm only if more modes change nothing.
+Each quantity is therefore read on N, 2N, 4N … modes until two successive values agree, or
+the limit of modes is reached and it is undecided.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from slewctl.compare.judgement import Judgement
+from slewctl.compare.quantities import QUANTITIES, TRUTH_TOLERANCE, Quantity, Reading, read
+
+# Successive values that differ by no more, relative, have converged.
+AGREEMENT = 0.01
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A quantity on a truth of so many modes."""
+
+    modes: int
+    reading: Reading
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What was read of a quantity on truths of twice the modes.
+
+    Attributes
+    ----------
+    quantity : Quantity
+    seen : tuple of Seen
+        By increasing number of modes.
+    converged : bool
+        Whether the last two agree within 1 %.
+    """
+
+    quantity: Quantity
+    seen: tuple[Seen, ...]
+    converged: bool
+
+    @property
+    def deciding(self) -> tuple[Seen, ...]:
+        """What a verdict rests on: the two that agree, or all where none do."""
+        return self.seen[-2:] if self.converged else self.seen
+
+    @property
+    def reading(self) -> Reading:
+        """The worst of those that decide, with a doubt if any of them has one."""
+        readings = [seen.reading for seen in self.deciding]
+        doubts = (
+            f"{s.reading.doubt} (on {s.modes} modes)" for s in self.deciding if s.reading.doubt
+        )
+        worst = self.quantity.worst(*readings)
+        return worst._replace(doubt=worst.doubt or next(doubts, ""))
+
+    def __str__(self) -> str:
+        first, *rest = (f"{_text(seen.reading)} on {seen.modes}" for seen in self.seen)
+        return ", ".join([f"{first} modes", *rest])
+
+
+def follow(judgement: Judgement, name: str) -> Followed:
+    """Return a quantity on the judgement's truth, on twice its modes, and so on.
+
+    Parameters
+    ----------
+    judgement : Judgement
+    name : str
+        Key of `slewctl.compare.QUANTITIES`.
+
+    Returns
+    -------
+    Followed
+        A value that is missing on one of the truths, as on an unstable loop, is the last.
+    """
+    quantity = QUANTITIES[name]
+    seen: list[Seen] = []
+    for judged in judgement.ladder():
+        seen.append(Seen(judged.modes, _read(judged, name)))
+        last = seen[-1].reading.value
+        if math.isnan(last) or (name == "stable" and not last):
+            return Followed(quantity, tuple(seen), converged=False)
+        if len(seen) > 1 and _agree(quantity, seen[-2].reading.value, last):
+            return Followed(quantity, tuple(seen), converged=True)
+    return Followed(quantity, tuple(seen), converged=False)
+
+
+def _read(judgement: Judgement, name: str) -> Reading:
+    """Return a reading, in doubt where the truth itself is not converged."""
+    reading, tolerance = read(judgement, name), judgement.yardstick.model.tolerance
+    if tolerance > TRUTH_TOLERANCE:
+        return reading._replace(doubt=f"the truth is converged to {tolerance:.0e} only")
+    return reading
+
+
+def _agree(quantity: Quantity, first: float, second: float) -> bool:
+    if first == second:  # infinite ones too
+        return True
+    allowed = max(AGREEMENT * max(abs(first), abs(second)), quantity.resolution)
+    return abs(first - second) <= allowed and math.isfinite(allowed)
+
+
+def _text(reading: Reading) -> str:
+    return reading.note if math.isnan(reading.value) else f"{reading.value:.3g}"

@@ -1,0 +1,190 @@
+"""A controller on the truth: one result, from which everything told of a design is read.
+
+Stability is decided first.  What only a stable loop has is computed when it is asked for,
+and not before; `slewctl.compare.quantities` lists what can be read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from slewctl._types import Array, ComplexArray
+from slewctl.compare.case import MOST_TRUTH_MODES
+from slewctl.design import Controller, lqg
+from slewctl.loop import Loop, Margins, Slew, SlewResponse, close, simulate_slew
+from slewctl.loop.noise import NoiseLevels, noise_levels
+from slewctl.loop.sensitivity import complementary_sensitivity_peak
+from slewctl.model import Truth, truth
+from slewctl.peaks import Peak
+from slewctl.plant import Objective, generalised_plant
+
+# Verdicts are followed over truths of twice the modes up to this many.
+MOST_MODES = 2 * MOST_TRUTH_MODES
+# Times at which a slew is drawn; its measures do not depend on them.
+_SLEW_POINTS = 201
+
+
+@dataclass(frozen=True, eq=False)
+class Yardstick:
+    """A truth of an arm, and the least cost that any controller reaches on it.
+
+    Parameters
+    ----------
+    model : Truth
+    objective : Objective
+    """
+
+    model: Truth
+    objective: Objective
+    _optima: dict[tuple[float, float], Controller] = field(default_factory=dict, repr=False)
+
+    @property
+    def modes(self) -> int:
+        """Flexible modes of the truth."""
+        return self.model.modes
+
+    def optimum(self, sample_time: float = 0.0, delay: float = 0.0) -> Controller:
+        """Return the H2-optimal controller for the truth itself.
+
+        Parameters
+        ----------
+        sample_time, delay : float
+            In s: a sampled controller is compared with the best that has its clock and delay.
+            Zero for continuous ones.
+        """
+        key = (sample_time, delay)
+        if key not in self._optima:
+            plant = generalised_plant(self.model, self.objective)
+            clock = {"sample_time": sample_time, "delay": delay} if sample_time else {}
+            self._optima[key] = lqg(plant, **clock)
+        return self._optima[key]
+
+    @cached_property
+    def finer(self) -> Yardstick | None:
+        """The same arm's truth of twice the modes; None beyond `MOST_MODES`."""
+        modes = 2 * self.modes
+        if modes > MOST_MODES:
+            return None
+        return Yardstick(truth(self.model.arm, modes), self.objective)
+
+    def judge(self, controller: Controller, slew: Slew) -> Judgement:
+        """Return what a controller achieves on the truth."""
+        return Judgement(close(self.model, self.objective, controller), self, slew)
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What a controller achieves on the truth.
+
+    Attributes
+    ----------
+    loop : Loop
+        Of the controller and the truth.
+    yardstick : Yardstick
+        The truth with its optimum.
+    slew : Slew
+        The turn that is simulated.
+    """
+
+    loop: Loop
+    yardstick: Yardstick
+    slew: Slew
+
+    @property
+    def controller(self) -> Controller:
+        """What is judged."""
+        return self.loop.controller
+
+    @property
+    def modes(self) -> int:
+        """Flexible modes of the truth."""
+        return self.yardstick.modes
+
+    @property
+    def stable(self) -> bool:
+        """Whether the loop is stable; all below needs it, but for the poles."""
+        return self.loop.stable
+
+    @property
+    def unstable_hz(self) -> tuple[float, ...]:
+        """Frequencies of the poles that are not stable, fastest growing first."""
+        return () if self.stable else self.loop.unstable_hz
+
+    @property
+    def poles(self) -> ComplexArray:
+        """Closed-loop poles in rad/s."""
+        return self.loop.poles
+
+    @property
+    def margins(self) -> Margins:
+        """Margins at the actuator."""
+        return self.loop.margins
+
+    @cached_property
+    def optimum(self) -> Controller:
+        """The best controller with the same clock and delay, on the same truth."""
+        sampled = self.controller.sample_time
+        return self.yardstick.optimum(sampled, self.controller.delay if sampled else 0.0)
+
+    @property
+    def cost(self) -> float:
+        """Squared H2 norm."""
+        return self.loop.h2.value
+
+    @property
+    def loss(self) -> float:
+        """Cost over that of the `optimum`, less one."""
+        return self.cost / self.optimum.h2_cost - 1
+
+    @cached_property
+    def response(self) -> SlewResponse:
+        """The slew, as if the motor had no limits."""
+        return simulate_slew(self.loop, self.slew, _SLEW_POINTS)
+
+    @cached_property
+    def saturation(self) -> str:
+        """What the slew needs and the motor has not; empty where it is within its limits."""
+        motor, summary = self.loop.model.arm.motor, self.response.summary
+        if motor is None:
+            return ""
+        pairs = (
+            (summary.peak_voltage, motor.voltage_limit, "V"),
+            (summary.peak_torque, motor.torque_limit, "N·m"),
+        )
+        return "; ".join(
+            f"the slew needs {peak:.3g} {unit}, the motor has {limit:.3g}"
+            for peak, limit, unit in pairs
+            if peak is not None and limit is not None and peak > limit
+        )
+
+    @cached_property
+    def complementary_peak(self) -> Peak:
+        """‖T‖∞ and where it is reached."""
+        return complementary_sensitivity_peak(self.loop.return_ratio)
+
+    @cached_property
+    def noise(self) -> NoiseLevels:
+        """Levels of tip, torque and voltage under the objective's noise."""
+        return noise_levels(self.loop)
+
+    @cached_property
+    def finer(self) -> Judgement | None:
+        """The same controller on a truth of twice the modes; None beyond `MOST_MODES`."""
+        finer = self.yardstick.finer
+        return None if finer is None else finer.judge(self.controller, self.slew)
+
+    def ladder(self) -> Iterator[Judgement]:
+        """Yield this judgement, then that on twice the modes, and so on to `MOST_MODES`."""
+        judged: Judgement | None = self
+        while judged is not None:
+            yield judged
+            judged = judged.finer
+
+    def smallest(self, values: Array) -> tuple[float, float]:
+        """Return the smallest of one value per pole, and that pole's frequency in Hz."""
+        k = int(np.argmin(values))
+        return float(values[k]), float(np.abs(self.poles[k]) / (2 * np.pi))

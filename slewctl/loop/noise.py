@@ -1,0 +1,122 @@
+"""What noise and disturbance do to a closed loop at rest: root-mean-square levels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import control
+import numpy as np
+from scipy.linalg import solve_continuous_lyapunov
+
+from slewctl._types import Array
+from slewctl.linalg import balance
+from slewctl.loop.closed import Loop
+from slewctl.loop.sampled import SampledLoop
+from slewctl.plant import GeneralisedPlant, sampled_plant, state_space
+from slewctl.plant.signals import TORQUE
+
+_TIP, _TORQUE, _VOLTAGE = "z_tip", "z_torque", "z_voltage"
+
+
+@dataclass(frozen=True)
+class NoiseLevels:
+    """Stationary root-mean-square values under the objective's disturbance and sensor noise.
+
+    Attributes
+    ----------
+    tip : float
+        Of the tip along the arc, in m.
+    torque : float
+        On the hub, in N·m; infinite where white sensor noise passes straight to it.
+    voltage : float or None
+        Of the motor, in V; None for an arm without one.
+    """
+
+    tip: float
+    torque: float
+    voltage: float | None
+
+
+def noise_levels(loop: Loop) -> NoiseLevels:
+    """Return the levels of a loop, of a sampled one as means over all times.
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Raises
+    ------
+    UnstableLoopError
+        An unstable loop is never at rest.
+    """
+    loop.require_stable("levels under noise")
+    watched = _watched(loop)
+    if isinstance(loop, SampledLoop):
+        values = _sampled(loop, watched)
+    else:
+        values = _continuous(loop, watched)
+    return NoiseLevels(values[_TIP], values[_TORQUE], values.get(_VOLTAGE))
+
+
+def _watched(loop: Loop) -> GeneralisedPlant:
+    """Return the loop's plant with tip, torque and voltage in the place of its performance."""
+    plant, motor = loop.plant, loop.model.arm.motor
+    actuator = loop.objective.actuator
+    rows = np.asarray(
+        state_space(loop.model, ("tip", "theta_dot"), input=actuator, coordinates="modal").C
+    )
+    nothing, rate = np.zeros(rows.shape[1]), rows[1]
+    outputs: dict[str, tuple[Array, float]] = {_TIP: (rows[0], 0.0)}
+    if actuator == TORQUE or motor is None:
+        outputs[_TORQUE] = (nothing, 1.0)
+        if motor is not None:
+            outputs[_VOLTAGE] = (motor.volts_per_rate * rate, 1 / motor.torque_per_volt)
+    else:
+        outputs[_TORQUE] = (-motor.back_emf_damping * rate, motor.torque_per_volt)
+        outputs[_VOLTAGE] = (nothing, 1.0)
+    system, kept = plant.system, len(outputs)
+    C = np.vstack([[row for row, _ in outputs.values()], plant.C2])
+    D = np.zeros((len(C), system.ninputs))
+    D[:kept, -1] = [through for _, through in outputs.values()]
+    D[kept:] = system.D[plant.performance :]
+    return replace(
+        plant,
+        system=control.StateSpace(
+            system.A,
+            system.B,
+            C,
+            D,
+            inputs=system.input_labels,
+            outputs=[*outputs, *plant.sensors],
+            states=system.state_labels,
+            name=f"{system.name}_watched",
+        ),
+    )
+
+
+def _continuous(loop: Loop, watched: GeneralisedPlant) -> dict[str, float]:
+    closed = watched.close(loop.controller.system)
+    A, B, C, D = (np.asarray(getattr(closed, name)) for name in "ABCD")
+    scale = balance(A)
+    As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
+    covariance = solve_continuous_lyapunov(As, -Bs @ Bs.T)
+    variances = np.einsum("ij,jk,ik->i", Cs, covariance, Cs)
+    variances = np.where(D.any(axis=1), math.inf, np.maximum(variances, 0.0))
+    return dict(zip(closed.output_labels, np.sqrt(variances).tolist(), strict=True))
+
+
+def _sampled(loop: SampledLoop, watched: GeneralisedPlant) -> dict[str, float]:
+    """Return the levels one by one: each is the cost of a plant that has only that output."""
+    system, found = watched.system, {}
+    for k, name in enumerate(system.output_labels[: watched.performance]):
+        kept = [k, *range(watched.performance, system.noutputs)]
+        alone = control.StateSpace(
+            system.A, system.B, np.asarray(system.C)[kept], np.asarray(system.D)[kept],
+            inputs=system.input_labels, outputs=[system.output_labels[i] for i in kept],
+            states=system.state_labels, name=system.name,
+        )  # fmt: skip
+        one = replace(watched, system=alone)
+        sampled = sampled_plant(one, loop.sample_time, loop.controller.delay)
+        found[name] = math.sqrt(max(sampled.close(loop.controller.system).h2.value, 0.0))
+    return found
