@@ -77,6 +77,8 @@ class Console:
     def _write(self, text: str) -> None:
         """Write to the stream; nothing that it refuses is tried again at exit."""
         stream = sys.stderr if self.is_error else sys.stdout
+        if stream is None:  # the shell has closed it
+            return
         try:
             stream.write(text)
             stream.flush()

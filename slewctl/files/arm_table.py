@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from slewctl.arm import (
     Arm,
@@ -114,13 +114,10 @@ def _unchanged(table: ArmTable) -> Arm:
 
 def _beam(table: BeamTable) -> Beam:
     faults = Faults()
-    mass: ProfileSpec | None = faults.attempt(
-        _profile, table.mass_per_length, "arm.beam.mass_per_length"
-    )
-    stiffness: ProfileSpec | None = faults.attempt(
-        _profile, table.bending_stiffness, "arm.beam.bending_stiffness"
-    )
-    return Beam(table.length, faults.settled(mass), faults.settled(stiffness))
+    mass = faults.attempt(_profile, table.mass_per_length, "arm.beam.mass_per_length")
+    stiffness = faults.attempt(_profile, table.bending_stiffness, "arm.beam.bending_stiffness")
+    faults.tell()
+    return Beam(table.length, cast(ProfileSpec, mass), cast(ProfileSpec, stiffness))
 
 
 def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:

@@ -75,7 +75,7 @@ def test_the_other_designs_of_a_folder_are_judged(command: str) -> None:
     design("d/good")
     Path("d/hex.toml").write_text(UNREADABLE["hex"])
     os.mkfifo("d/pipe.toml")
-    design("d/wild", ("duration_s = 2", "duration_s = 1e300"))
+    design("d/wild", ('"lqg"', '"lqg"\nintegral_limit = 1e-200'))
     done = slewctl(command, "d", *(["--out", "out"] if command == "compare" else []))
     assert done.returncode == 2
     assert "good" in done.stdout
@@ -148,6 +148,8 @@ def test_names_and_keys_command_neither_terminal_nor_log() -> None:
         for text in (done.stdout, done.stderr):
             assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", text), arguments
             assert not re.search(r"^\s*::|##\[", text, re.M), arguments
+    (page,) = Path().rglob("index.html")
+    assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", page.read_text("utf-8"))
     ElementTree.parse("j.xml")
     json.loads(Path("j.json").read_text())
 
@@ -237,6 +239,16 @@ def test_a_full_device_for_errors_changes_no_exit_code() -> None:
             [*PROGRAM, "check", "nothing.toml"], stdout=subprocess.PIPE, stderr=full, check=False
         )
     assert (done.returncode, done.stdout) == (2, b"")
+
+
+@UNIX
+def test_closed_streams_change_no_exit_code() -> None:
+    def close() -> None:
+        os.close(1)
+        os.close(2)
+
+    done = subprocess.run([*PROGRAM, "check", "nothing.toml"], preexec_fn=close, check=False)
+    assert done.returncode == 2
 
 
 @UNIX
