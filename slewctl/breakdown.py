@@ -21,7 +21,7 @@ _BREAKDOWNS = (
 
 
 @contextmanager
-def computing(place: str) -> Iterator[None]:
+def computing(place: str = "") -> Iterator[None]:
     """Run a computation so that whatever it raises names its place.
 
     Warnings of the numerical packages are not printed: results are checked, and a doubt is
@@ -29,7 +29,7 @@ def computing(place: str) -> Iterator[None]:
 
     Parameters
     ----------
-    place : str
+    place : str, optional
         What is computed, such as a design file.
 
     Raises
@@ -44,7 +44,7 @@ def computing(place: str) -> Iterator[None]:
             warnings.simplefilter("ignore")
             yield
     except SlewctlError as error:
-        if error.where == place or error.where.startswith(f"{place}:"):
+        if not place or error.where == place or error.where.startswith(f"{place}:"):
             raise
         raise error.within(place) from error
     except _BREAKDOWNS as broken:

@@ -7,6 +7,7 @@ its result how well an independent computation confirms it.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from scipy.linalg import (
     solve_triangular,
 )
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array
 from slewctl.errors import AccuracyError
 
 
@@ -71,15 +72,72 @@ def solve_riccati(A: Array, B: Array, Q: Array, R: Array) -> RiccatiSolution:
     X = _stabilising(An, Bn, Qn)
     # One Newton step: the eigenvectors of a lightly damped plant leave a residual of up to
     # 1e-7 behind, a Lyapunov equation with the closed loop removes it.
-    step = solve_continuous_lyapunov((An - Bn @ Bn.T @ X).T, -_riccati_defect(An, Bn, Qn, X)[0])
+    with warnings.catch_warnings():
+        # "An eigenvalue pair whose sum is near zero": so it is beside one that is far away.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        step = solve_continuous_lyapunov((An - Bn @ Bn.T @ X).T, -_riccati_defect(An, Bn, Qn, X)[0])
     X = X + (step + step.T) / 2
     defect, largest = _riccati_defect(An, Bn, Qn, X)
     gain = solve_triangular(root.T, Bs.T @ (size * X)) / scale
-    return RiccatiSolution(size * X / outer, gain, float(np.linalg.norm(defect) / largest))
+    residual = float(np.linalg.norm(defect) / largest) if largest else 0.0
+    return RiccatiSolution(size * X / outer, gain, residual)
+
+
+@dataclass(frozen=True, eq=False)
+class Regulator:
+    """The cost |C x + D u|² of ẋ = A x + B u (or x⁺ = …) written as |C' x|² + |v|².
+
+    Attributes
+    ----------
+    A, B, C : ndarray
+        Of the problem in v: A − B·gain, B·root⁻¹ and C − D·gain.
+    gain, root : ndarray, shapes (m, n) and (m, m)
+        v = root (u + gain·x): the preliminary feedback without which C and D are orthogonal.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    gain: Array
+    root: Array
+
+    @classmethod
+    def of(cls, A: Array, B: Array, C: Array, D: Array) -> Regulator:
+        """Return the problem of a cost; D must have full column rank (`full_column_rank`)."""
+        directions, root = np.linalg.qr(D)
+        signs = np.where(np.diag(root) < 0, -1.0, 1.0)
+        directions, root = directions * signs, root * signs[:, None]
+        seen = directions.T @ C
+        gain = solve_triangular(root, seen)
+        scaled = solve_triangular(root, B.T, trans="T").T
+        kept = C - directions @ seen
+        # All of C may lie along D: what is left then is rounding, and no cost.
+        noise = 8 * np.finfo(float).eps * np.linalg.norm(C, axis=0)
+        return cls(A - B @ gain, scaled, np.where(np.abs(kept) <= noise, 0.0, kept), gain, root)
+
+    def solve(self) -> RiccatiSolution:
+        """Return the continuous optimum u = −K x; see `solve_riccati` for errors."""
+        found = solve_riccati(self.A, self.B, self.C.T @ self.C, np.eye(len(self.root)))
+        gain = self.gain + solve_triangular(self.root, found.gain)
+        return RiccatiSolution(found.X, gain, found.residual)
+
+
+def full_column_rank(D: Array) -> bool:
+    """Return whether the columns of a matrix, each in its own unit, are independent."""
+    size = np.abs(D).max(axis=0, initial=0.0)
+    if not len(D) or not np.all(size > 0):
+        return False
+    return bool(np.linalg.svd(D / size, compute_uv=False)[-1] > 1e-9 and len(D) >= D.shape[1])
 
 
 def _nonzero(matrix: Array) -> float:
     """Return the norm of a matrix, or one where there is nothing to scale by."""
+    if not np.isfinite(matrix).all():
+        raise AccuracyError(
+            "the squares of weights or noises are beyond what can be computed with",
+            where="riccati",
+            remedy="bring limits and noises closer together, or measure in other units",
+        )
     return float(np.linalg.norm(matrix, 2)) or 1.0
 
 
@@ -151,36 +209,6 @@ def stability_threshold(A: Array) -> float:
     return float(len(A) * np.finfo(float).eps * np.linalg.norm(A / scale[:, None] * scale, 2))
 
 
-def unobservable_modes(A: Array, C: Array) -> ComplexArray:
-    """Return the eigenvalues of A, not stable, that C does not see (Popov–Belevitch–Hautus).
-
-    Parameters
-    ----------
-    A, C : ndarray, shapes (n, n), (p, n)
-
-    Returns
-    -------
-    ndarray of complex
-        With non-negative imaginary part.  Empty when (A, C) is detectable.
-    """
-    scale = balance(A)
-    As, Cs = A / scale[:, None] * scale, C * scale
-    Cs = Cs / max(np.linalg.norm(Cs, 2), np.finfo(float).tiny)
-    eigenvalues = np.linalg.eigvals(As)
-    size = max(np.linalg.norm(As, 2), np.finfo(float).tiny)
-    suspects = eigenvalues[(eigenvalues.real > -1e-9 * size) & (eigenvalues.imag >= 0)]
-    hidden = [
-        value
-        for value in suspects
-        if np.linalg.svd(
-            np.vstack([(As - value * np.eye(len(As))) / size, Cs]),
-            compute_uv=False,
-        )[-1]
-        < 1e-11
-    ]
-    return np.array(hidden, dtype=complex)
-
-
 # Squarings that a matrix of spectral radius 1 − 1e-12 needs to vanish.
 _MOST_DOUBLINGS = 46
 
@@ -216,6 +244,22 @@ def solve_discrete_lyapunov(A: Array, Q: Array) -> Array:
         where="lyapunov",
         remedy="decide its stability first",
     )
+
+
+def discrete_h2_cost(A: Array, B: Array, C: Array, D: Array) -> H2Cost:
+    """Return ‖C(zI − A)⁻¹B + D‖₂² of a stable sampled system from both Gramians.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray, shapes (n, n), (n, m), (p, n), (p, m)
+        A must be stable; the caller decides stability first.
+    """
+    scale = balance(A)
+    As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
+    at_once = float(np.sum(D**2))
+    value = float(np.sum((Cs @ solve_discrete_lyapunov(As, Bs @ Bs.T)) * Cs)) + at_once
+    dual = float(np.sum((Bs.T @ solve_discrete_lyapunov(As.T, Cs.T @ Cs)) * Bs.T)) + at_once
+    return H2Cost(value, abs(dual - value) / max(abs(value), np.finfo(float).tiny))
 
 
 def solve_discrete_riccati(
@@ -255,7 +299,8 @@ def solve_discrete_riccati(
         X, gain = _newton_step(An, Bn, Qn, Sn, gain)
     terms = (X, An.T @ X @ An, (An.T @ X @ Bn + Sn) @ gain, Qn)
     defect = np.linalg.norm(terms[0] - terms[1] + terms[2] - terms[3])
-    residual = float(defect / max(np.linalg.norm(term) for term in terms))
+    largest = max(float(np.linalg.norm(term)) for term in terms)
+    residual = float(defect) / largest if largest else 0.0
     return RiccatiSolution(X / outer, solve_triangular(root.T, gain) / scale, residual)
 
 

@@ -12,8 +12,19 @@ import pytest
 import slewctl
 
 PACKAGE = Path(slewctl.__file__).parent
-SHARED = {"_show", "_types", "breakdown", "equivalent", "errors", "escape", "frequency", "linalg",
-          "peaks", "textfile"}  # fmt: skip
+SHARED = {
+    "_show",
+    "_types",
+    "breakdown",
+    "equivalent",
+    "errors",
+    "escape",
+    "frequency",
+    "linalg",
+    "observability",
+    "peaks",
+    "textfile",
+}
 # Each room may import the rooms named here, beside itself and the shared modules.
 MAY_IMPORT = {
     "arm": set(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -58,5 +59,10 @@ def test_results_show_themselves() -> None:
 
 def test_a_new_figure_is_made_only_without_axes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MPLBACKEND", "agg")
-    assert axes_or_new(None).figure is not None
+    before = set(plt.get_fignums())
+    new = axes_or_new(None)
+    assert set(plt.get_fignums()) - before == {new.figure.number}
+    assert axes_or_new(new) is new
+    assert len(plt.get_fignums()) == len(before) + 1
+    plt.close(new.figure)
     assert to_frame([]).empty

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from slewctl.arm.motor import Motor
@@ -49,6 +49,28 @@ class Published:
 
 
 @dataclass(frozen=True)
+class SuggestedDamping:
+    """Damping ratios to design with, where an arm as published has none or leaves it open.
+
+    Attributes
+    ----------
+    ratio : float or tuple of float
+        As `Arm.damping_ratio`.
+    origin : {"measured", "published", "assumed"}
+    source : str
+        Where the ratio stands, or why it is assumed.
+    """
+
+    ratio: float | tuple[float, ...]
+    origin: Literal["measured", "published", "assumed"]
+    source: str
+
+    def __str__(self) -> str:
+        ratios = self.ratio if isinstance(self.ratio, tuple) else (self.ratio,)
+        return f"{', '.join(f'{ratio:g}' for ratio in ratios)} ({self.origin}: {self.source})"
+
+
+@dataclass(frozen=True)
 class Entry:
     """A catalogue entry: how to build the arm, and where its data come from.
 
@@ -62,6 +84,8 @@ class Entry:
         Citation of the parameters.
     uncertain : str
         What is not known about them, or known to be wrong.
+    damping : SuggestedDamping
+        For `damped`; the arm itself has what its source gives.
     published : tuple of Published
         Frequencies in print, where there are any.
     """
@@ -70,6 +94,7 @@ class Entry:
     summary: str
     source: str
     uncertain: str
+    damping: SuggestedDamping
     published: tuple[Published, ...] = ()
 
 
@@ -160,6 +185,9 @@ def hodges_pierce_taper() -> Arm:
     return Arm(Beam(1.0, (1.0, -0.5), (1.0, -0.5)), name="taper of Hodges and Pierce")
 
 
+_NONE_PUBLISHED = "its source gives none; half a percent is usual for a bare metal beam"
+
+
 def _in_hz(*omega: float) -> tuple[tuple[int, float], ...]:
     """Number modes given in rad/s and turn them into Hz."""
     return tuple((mode, value / (2 * math.pi)) for mode, value in enumerate(omega, 1))
@@ -172,6 +200,7 @@ CATALOGUE: dict[str, Entry] = {
         source='"New admissible functions for the dynamic analysis of a slewing flexible beam", '
         "eq. 48",
         uncertain="nothing: a made-up beam with unit properties and no hub",
+        damping=SuggestedDamping(0.005, "assumed", _NONE_PUBLISHED),
         published=(
             Published(
                 "free",
@@ -191,6 +220,9 @@ CATALOGUE: dict[str, Entry] = {
         "3 % above this beam, on a frequency grid of 8 %); whether the link is 0.381 m or, as "
         "newer manuals say, 0.419 m (3.49 Hz); the clamp's radius (0 here); damping "
         "(none here, none published)",
+        damping=SuggestedDamping(
+            0.01, "assumed", "none is published; one percent for a steel ruler screwed to its clamp"
+        ),
         published=(
             Published(
                 "hub-locked",
@@ -210,6 +242,7 @@ CATALOGUE: dict[str, Entry] = {
         uncertain="quoted at second hand; other papers on the rig give 0.96 m and 12, 35 and "
         "65 Hz, which do not go together (11.9, 32.2 and 58.5 Hz); damping ratios are given for "
         "three modes, here the third holds for all that follow; motor constants are not given",
+        damping=SuggestedDamping((0.026, 0.038, 0.04), "published", "same paper, three modes"),
         published=(
             Published(
                 "free",
@@ -228,6 +261,9 @@ CATALOGUE: dict[str, Entry] = {
         uncertain="quoted at second hand and not compared with the printed table (section and "
         "mass per length give aluminium's 2690 kg/m³, the modulus its 76 GPa); no published "
         "frequency to check against; no damping given, none here",
+        damping=SuggestedDamping(
+            0.005, "assumed", "its source gives none; half a percent is usual for such structures"
+        ),
     ),
     "nrel-5mw-rotor": Entry(
         nrel_5mw_rotor,
@@ -237,6 +273,9 @@ CATALOGUE: dict[str, Entry] = {
         uncertain="pre-twist (13° at the root) and the coupling with flapping are left out; the "
         "mass integrates to 17,609 kg between linear stations, where the report states 17,740; "
         "the shaft is rigid here; the published frequencies are quoted at second hand",
+        damping=SuggestedDamping(
+            0.00477465, "published", "same report: 0.477465 % of critical in every mode"
+        ),
         published=(
             Published(
                 "hub-locked",
@@ -255,6 +294,7 @@ CATALOGUE: dict[str, Entry] = {
         "centrifugally stiffened beams, J. Appl. Mech. 49 (1982); G. Bir, AIAA 2009-1035, table 3a",
         uncertain="nothing: a made-up beam; its length is rounded, which moves frequencies by "
         "1.3e-5",
+        damping=SuggestedDamping(0.005, "assumed", _NONE_PUBLISHED),
         published=(
             Published(
                 "hub-locked",
@@ -271,6 +311,7 @@ CATALOGUE: dict[str, Entry] = {
         source="D. H. Hodges, G. A. Pierce, Introduction to Structural Dynamics and "
         "Aeroelasticity, table 3.14",
         uncertain="nothing: a made-up beam with unit properties and no hub",
+        damping=SuggestedDamping(0.005, "assumed", _NONE_PUBLISHED),
         published=(
             Published(
                 "hub-locked",
@@ -293,6 +334,19 @@ def get(name: str) -> Arm:
         If there is none, with the nearest name.
     """
     return CATALOGUE[check_choice(name, CATALOGUE, "arm")].build()
+
+
+def damped(name: str) -> Arm:
+    """Return the catalogue's arm called `name` with its suggested damping.
+
+    Without damping, a mode that a controller does not know is on the edge of stability.
+
+    Raises
+    ------
+    InputError
+        As `get`.
+    """
+    return replace(get(name), damping_ratio=CATALOGUE[name].damping.ratio)
 
 
 def names() -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slewctl.errors import check_nonnegative
+from slewctl.arm.magnitudes import check_size_or_zero
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Rayleigh:
 
     def __post_init__(self) -> None:
         for name in ("alpha", "beta"):
-            value = check_nonnegative(getattr(self, name), f"damping.{name}")
+            value = check_size_or_zero(getattr(self, name), f"damping.{name}")
             object.__setattr__(self, name, value)
 
     @property
@@ -55,7 +55,7 @@ class KelvinVoigt:
     retardation_time: float
 
     def __post_init__(self) -> None:
-        value = check_nonnegative(self.retardation_time, "damping.retardation_time")
+        value = check_size_or_zero(self.retardation_time, "damping.retardation_time")
         object.__setattr__(self, "retardation_time", value)
 
     @property

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.errors import check_nonnegative, check_positive
+from slewctl.arm.magnitudes import check_size, check_size_or_zero
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ class LumpedLink:
 
     def __post_init__(self) -> None:
         for name in ("hub_inertia", "link_inertia", "spring"):
-            object.__setattr__(self, name, check_positive(getattr(self, name), f"lumped.{name}"))
-        object.__setattr__(self, "friction", check_nonnegative(self.friction, "lumped.friction"))
+            object.__setattr__(self, name, check_size(getattr(self, name), f"lumped.{name}"))
+        object.__setattr__(self, "friction", check_size_or_zero(self.friction, "lumped.friction"))
 
     @property
     def mass(self) -> Array:
@@ -93,5 +93,5 @@ def quanser_lumped(hub_locked_hz: float = 3.0) -> LumpedLink:
         f in Hz.
     """
     link = 0.065 * (15 * 0.0254) ** 2 / 3
-    frequency = check_positive(hub_locked_hz, "quanser_lumped.hub_locked_hz")
+    frequency = check_size(hub_locked_hz, "quanser_lumped.hub_locked_hz")
     return LumpedLink(0.00208, link, (2 * math.pi * frequency) ** 2 * link, friction=0.015)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from slewctl._types import Array
-from slewctl.errors import InputError, check_nonnegative, check_positive
+from slewctl.arm.magnitudes import check_size, check_size_or_zero
+from slewctl.errors import InputError
 
 Value = TypeVar("Value", float, Array)
 
@@ -62,15 +63,15 @@ class Motor:
 
     def __post_init__(self) -> None:
         for name in ("resistance", "torque_constant", "gear_ratio"):
-            object.__setattr__(self, name, check_positive(getattr(self, name), f"motor.{name}"))
+            object.__setattr__(self, name, check_size(getattr(self, name), f"motor.{name}"))
         for name in ("back_emf_constant", "rotor_inertia"):
-            value = check_nonnegative(getattr(self, name), f"motor.{name}")
+            value = check_size_or_zero(getattr(self, name), f"motor.{name}")
             object.__setattr__(self, name, value)
         for name in ("gear_efficiency", "motor_efficiency"):
             object.__setattr__(self, name, _efficiency(getattr(self, name), f"motor.{name}"))
         for name in ("torque_limit", "voltage_limit"):
             if getattr(self, name) is not None:
-                value = check_positive(getattr(self, name), f"motor.{name}")
+                value = check_size(getattr(self, name), f"motor.{name}")
                 object.__setattr__(self, name, value)
 
     @property
@@ -109,7 +110,7 @@ class Motor:
 
 
 def _efficiency(value: object, name: str) -> float:
-    number = check_positive(value, name)
+    number = check_size(value, name)
     if number > 1:
         raise InputError(
             f"{number:g} is greater than 1", where=name, remedy="give a fraction, such as 0.9"

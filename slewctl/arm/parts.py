@@ -10,13 +10,12 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.magnitudes import check_length, check_size_or_zero
 from slewctl.arm.motor import Motor
 from slewctl.arm.profiles import Profile, ProfileSpec, Stations, as_profile
 from slewctl.errors import (
     InputError,
     check_damping_ratio,
-    check_nonnegative,
-    check_positive,
     shown,
 )
 
@@ -47,7 +46,7 @@ class Beam:
     bending_stiffness: ProfileSpec
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "length", check_positive(self.length, "beam.length"))
+        object.__setattr__(self, "length", check_length(self.length, "beam.length"))
         for name in ("mass_per_length", "bending_stiffness"):
             spec = getattr(self, name)
             if isinstance(spec, np.ndarray):
@@ -66,7 +65,7 @@ class Beam:
         """EI in N·m² as a function of x/L."""
         return as_profile(self.bending_stiffness, self.length, "beam.bending_stiffness")
 
-    @property
+    @cached_property
     def breakpoints(self) -> tuple[float, ...]:
         """Inner points x/L where either profile has a kink or a step.
 
@@ -99,7 +98,7 @@ class Hub:
 
     def __post_init__(self) -> None:
         for name in ("inertia", "radius", "friction"):
-            value = check_nonnegative(getattr(self, name), f"hub.{name}")
+            value = check_size_or_zero(getattr(self, name), f"hub.{name}")
             object.__setattr__(self, name, value)
 
 
@@ -120,7 +119,7 @@ class Payload:
 
     def __post_init__(self) -> None:
         for name in ("mass", "inertia"):
-            value = check_nonnegative(getattr(self, name), f"payload.{name}")
+            value = check_size_or_zero(getattr(self, name), f"payload.{name}")
             object.__setattr__(self, name, value)
 
 

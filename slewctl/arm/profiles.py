@@ -12,13 +12,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import Polynomial as PowerSeries
 
 from slewctl._types import Array
+from slewctl.arm.magnitudes import check_size, check_size_or_zero
 from slewctl.errors import InputError, check_number, shown
+
+# Up to this many, moments of inertia of the profile are integrated exactly (`basis.inertia`).
+_MOST_COEFFICIENTS = 62
 
 
 @dataclass(frozen=True)
@@ -46,11 +49,14 @@ class Stations:
                 where="stations",
                 remedy="give at least two stations and one value for each",
             )
-        steps = np.diff(self.x)
-        thrice = any(a == 0 and b == 0 for a, b in pairwise(steps))
-        if np.any(steps < 0) or thrice or steps[0] == 0 or steps[-1] == 0:
+        here, after = np.array(self.x[:-1]), np.array(self.x[1:])
+        wrong, repeated = after < here, after == here
+        wrong[1:] |= repeated[1:] & repeated[:-1]
+        wrong[[0, -1]] |= repeated[[0, -1]]
+        if wrong.any():
+            first = int(np.argmax(wrong))
             raise InputError(
-                f"stations {list(self.x)} do not increase",
+                f"stations do not increase: {after[first]:g} m follows {here[first]:g} m",
                 where="stations.x",
                 remedy="sort them; repeat an inner station once to make a step",
             )
@@ -89,6 +95,10 @@ class Profile(ABC):
     def minimum(self) -> float:
         """Return the smallest value over the beam."""
 
+    @abstractmethod
+    def bound(self) -> float:
+        """Return a bound of the values over the beam."""
+
 
 @dataclass(frozen=True)
 class _Power(Profile):
@@ -110,6 +120,9 @@ class _Power(Profile):
         at = np.concatenate([[0.0, 1.0], inner[(inner > 0) & (inner < 1)]])
         return float(self(at).min())
 
+    def bound(self) -> float:
+        return float(np.sum(np.abs(self.coefficients)))
+
 
 @dataclass(frozen=True)
 class _Tabulated(Profile):
@@ -129,6 +142,9 @@ class _Tabulated(Profile):
 
     def minimum(self) -> float:
         return min(self.stations.values)
+
+    def bound(self) -> float:
+        return max(self.stations.values)
 
 
 @dataclass(frozen=True)
@@ -159,6 +175,9 @@ class _Sampled(Profile):
     def minimum(self) -> float:
         return float(self(np.linspace(0.0, 1.0, 1001)).min())
 
+    def bound(self) -> float:
+        return float(self(np.linspace(0.0, 1.0, 1001)).max())
+
 
 def as_profile(spec: ProfileSpec, length: float, name: str) -> Profile:
     """Return the `Profile` that `spec` describes on a beam of the given length.
@@ -184,6 +203,8 @@ def as_profile(spec: ProfileSpec, length: float, name: str) -> Profile:
         raise InputError(
             f"falls to {lowest:g} on the beam", where=name, remedy="make it positive everywhere"
         )
+    check_size(lowest, name)
+    check_size(profile.bound(), name)
     return profile
 
 
@@ -203,5 +224,18 @@ def _convert(spec: ProfileSpec, length: float, name: str) -> Profile:
     if isinstance(spec, Sequence) and not isinstance(spec, str):
         if len(spec) == 0:
             raise InputError("no coefficients", where=name, remedy="give at least one")
-        return _Power(_numbers(spec, name))
-    return _Power((check_number(spec, name),))
+        if len(spec) > _MOST_COEFFICIENTS:
+            raise InputError(
+                f"{len(spec)} coefficients, where {_MOST_COEFFICIENTS} are the most",
+                where=name,
+                remedy="give a table of stations: so many powers of x/L are not told apart",
+            )
+        return _Power(tuple(_coefficient(value, name) for value in _numbers(spec, name)))
+    return _Power((_coefficient(spec, name),))
+
+
+def _coefficient(value: object, name: str) -> float:
+    """Return a coefficient, which may be negative, within the sizes of an arm."""
+    number = check_number(value, name)
+    check_size_or_zero(abs(number), name)
+    return number

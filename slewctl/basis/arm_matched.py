@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import ClassVar
 
 from slewctl._types import Array
 from slewctl.arm import Arm
@@ -33,11 +33,12 @@ class ArmMatched(Basis):
     ----------
     n : int
         How many functions.
-    arm : Arm
     steps : int
         With three, four functions give frequencies and residues of the first three modes
         to 0.1 % for any hub and payload on tapered beams; with more, they tend to the span
         of the arm's first n modes.
+    arm : Arm, optional
+        By default the one that the functions are matched to.
 
     Raises
     ------
@@ -45,35 +46,32 @@ class ArmMatched(Basis):
         If n < 1, steps < 1 or `arm` is not an arm.
     """
 
-    arm: Arm
     steps: int = 3
+    arm: Arm | None = None
     name: ClassVar[str] = "arm-matched"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "steps", check_count(self.steps, "ArmMatched.steps"))
-        if not isinstance(self.arm, Arm):
+        if not isinstance(self.arm, Arm | None):
             raise InputError(
                 f"{shown(self.arm)} is not an Arm",
                 where="ArmMatched.arm",
-                remedy="give a slewctl.Arm",
+                remedy="give a slewctl.Arm, or leave it out to match the arm",
             )
 
-    @classmethod
-    def of(cls, arm: Arm, n: int) -> Self:
-        """Return `n` functions matched to `arm`."""
-        return cls(n, arm)
+    def _matched_to(self, arm: Arm) -> ArmMatched:
+        return self if self.arm is not None else replace(self, arm=arm)
 
     @cached_property
     def functions(self) -> Combined:
         """The functions as combinations of piecewise polynomials."""
-        found = self._bent(HubMatched.of(self.arm, self.n))
+        if self.arm is None:
+            raise self._unmatched()
+        found = _bent(self.arm, HubMatched(self.n).matched_to(self.arm))
         for _ in range(self.steps - 1):
-            found = self._bent(found)
+            found = _bent(self.arm, found)
         return found
-
-    def _bent(self, basis: Basis) -> Combined:
-        return deflections(self.arm, free_motion(self.arm, basis))
 
     @property
     def growth(self) -> Growth:
@@ -85,3 +83,8 @@ class ArmMatched(Basis):
 
     def _evaluate(self, xi: Array, derivative: int) -> Array:
         return self.functions.evaluate(xi, derivative)
+
+
+def _bent(arm: Arm, basis: Basis) -> Combined:
+    """Return the deflections under the inertia of the motions that `basis` makes."""
+    return deflections(arm, free_motion(arm, basis))

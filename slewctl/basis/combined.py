@@ -51,4 +51,4 @@ class Combined(Basis):
         return self.parent.breakpoints
 
     def _evaluate(self, xi: Array, derivative: int) -> Array:
-        return self.parent.evaluate(xi, derivative) @ self.coefficients
+        return self.parent.combined(xi, derivative, self.coefficients)

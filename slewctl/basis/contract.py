@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.arm import Arm
 from slewctl.errors import InputError, check_count, shown
 
 
@@ -31,6 +32,10 @@ class Basis(ABC):
     Every function satisfies the geometric boundary conditions of the clamp in the
     rotating body axis, φ(0) = φ'(0) = 0.
 
+    A basis is a description.  Some describe the same functions for every arm; others, such
+    as the modes of a uniform arm with this hub and payload, have functions only once an arm
+    is given: `matched_to` returns them, and `slewctl.assemble` calls it.
+
     Parameters
     ----------
     n : int
@@ -47,6 +52,36 @@ class Basis(ABC):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "n", check_count(self.n, f"{type(self).__name__}.n"))
+
+    def matched_to(self, arm: Arm) -> Basis:
+        """Return the functions that this basis describes for `arm`.
+
+        Itself, where they are the same for every arm or have been matched to one already.
+
+        Raises
+        ------
+        InputError
+            If `arm` is not an arm.
+        """
+        if not isinstance(arm, Arm):
+            raise InputError(
+                f"{shown(arm)} is not an Arm",
+                where=f"{type(self).__name__}.matched_to",
+                remedy="give a slewctl.Arm",
+            )
+        return self._matched_to(arm)
+
+    def _matched_to(self, arm: Arm) -> Basis:
+        """Return what `matched_to` promises."""
+        return self
+
+    def _unmatched(self) -> InputError:
+        """Return the error of asking for functions that depend on an arm not given yet."""
+        return InputError(
+            f"the {self.name} functions depend on the arm, and none is given",
+            where=type(self).__name__,
+            remedy="give the basis to assemble(arm, basis), or take basis.matched_to(arm)",
+        )
 
     @property
     @abstractmethod
@@ -78,13 +113,39 @@ class Basis(ABC):
         InputError
             For another order of derivative.
         """
+        return self._evaluate(self._points(xi, derivative), derivative)
+
+    def combined(self, xi: Array, derivative: int, coefficients: Array) -> Array:
+        """Return ``evaluate(xi, derivative) @ coefficients``, shape (m, k).
+
+        Piecewise bases have a way to it without the matrix of all functions.
+
+        Parameters
+        ----------
+        xi : ndarray, shape (m,)
+        derivative : {0, 1, 2}
+        coefficients : ndarray, shape (n, k)
+
+        Raises
+        ------
+        InputError
+            As `evaluate`.
+        """
+        return self._combined(self._points(xi, derivative), derivative, coefficients)
+
+    def _points(self, xi: Array, derivative: int) -> Array:
+        """Return `xi` as an array of numbers; refuse another order of derivative."""
         if derivative not in (0, 1, 2):
             raise InputError(
                 f"{shown(derivative)} is not an order of derivative",
                 where=f"{type(self).__name__}.evaluate",
                 remedy="give 0, 1 or 2",
             )
-        return self._evaluate(np.atleast_1d(np.asarray(xi, dtype=float)), derivative)
+        return np.atleast_1d(np.asarray(xi, dtype=float))
+
+    def _combined(self, xi: Array, derivative: int, coefficients: Array) -> Array:
+        """Return what `combined` promises."""
+        return self._evaluate(xi, derivative) @ coefficients
 
     @abstractmethod
     def _evaluate(self, xi: Array, derivative: int) -> Array:

@@ -14,7 +14,7 @@ more than how close φ comes to the deflection that it stands for.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -28,12 +28,14 @@ from slewctl.basis.contract import Basis
 from slewctl.basis.inertia import Inertia, inertia_of, panel_rule
 from slewctl.basis.polynomial import Polynomial
 
-_TERMS = 40  # polynomials on a panel
-_TAIL = 3  # the last of them, which must have died out
+_MOST_TERMS = 40  # polynomials on a panel, where there are few panels
+_LEAST_TERMS = 12  # and where a table of stations makes many
+_TERMS_IN_ALL = 320
+_TAIL = 3  # the last of a panel's polynomials, which must have died out
 _CONVERGED = 5e-14
-_MOST_PANELS = 96
+_MOST_HALVED = 95
 # A callable profile may have a kink anywhere, which no halving resolves.
-_MOST_PANELS_SAMPLED = 4
+_MOST_HALVED_SAMPLED = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +63,18 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Panels:
-    """An arm sampled on panels that are fine enough for `_TERMS` polynomials on each."""
+    """An arm sampled on panels, with `terms` polynomials on each."""
 
     arm: Arm
     edges: tuple[float, ...]
+    terms: int
+
+    @classmethod
+    def of(cls, arm: Arm, inner: tuple[float, ...]) -> Panels:
+        """Return the panels between the arm's breakpoints and the `inner` ones."""
+        edges = _distinct((*arm.beam.breakpoints, *inner))
+        terms = _TERMS_IN_ALL // (len(edges) + 1)
+        return cls(arm, edges, min(max(terms, _LEAST_TERMS), _MOST_TERMS))
 
     @cached_property
     def inertia(self) -> Inertia:
@@ -74,7 +84,7 @@ class Panels:
     @cached_property
     def rule(self) -> tuple[Array, Array]:
         """Gauss points and weights that integrate products of the polynomials exactly."""
-        return panel_rule((0.0, *self.edges, 1.0), _TERMS + 2)
+        return panel_rule((0.0, *self.edges, 1.0), self.terms + 2)
 
     @cached_property
     def mass(self) -> Array:
@@ -88,14 +98,16 @@ class Panels:
         values = self.arm.beam.stiffness_profile(self.rule[0])
         return values / values.max()
 
-    def from_root(self, terms: int = _TERMS) -> Polynomial:
-        """Return the polynomials that carry deflections: no deflection at the root."""
-        return Polynomial(terms * (len(self.edges) + 1), self.edges)
+    @cached_property
+    def from_root(self) -> Polynomial:
+        """The polynomials that carry deflections: no deflection at the root."""
+        return Polynomial(self.terms * (len(self.edges) + 1), self.edges)
 
+    @cached_property
     def from_tip(self) -> Polynomial:
-        """Return the polynomials of 1 − ξ that carry moments: no moment at the tip."""
+        """The polynomials of 1 − ξ that carry moments: no moment at the tip."""
         mirrored = tuple(1.0 - edge for edge in reversed(self.edges))
-        return Polynomial(_TERMS * (len(self.edges) + 1), mirrored)
+        return Polynomial(self.terms * (len(self.edges) + 1), mirrored)
 
     def curvatures(self, motion: Motion) -> tuple[Array, BoolArray]:
         """Return the coefficients of M/EI, and which panels do not resolve it.
@@ -109,20 +121,19 @@ class Panels:
         xi, weights = self.rule
         given, tip = self.inertia, np.ones(1)
         y = motion.at(xi, given.radius)
-        carrier = self.from_tip()
         # M'' is the load, so that M is its double integral from the tip.
-        load = carrier.evaluate(1 - xi, 2).T @ (self.mass[:, None] * y)
-        moment = carrier.evaluate(1 - xi) @ load
+        load = self.from_tip.projected(1 - xi, 2, self.mass[:, None] * y)
+        moment = self.from_tip.combined(1 - xi, 0, load)
         moment += np.multiply.outer(
             1 - xi, given.payload_mass * motion.at(tip, given.radius)[0]
         ) + given.payload_inertia * motion.at(tip, given.radius, 1)
         curvature = moment / self.stiffness[:, None]
-        coefficients = self.from_root().evaluate(xi, 2).T @ (weights[:, None] * curvature)
+        coefficients = self.from_root.projected(xi, 2, weights[:, None] * curvature)
         return coefficients, self._tails(coefficients) | self._tails(load)[::-1]
 
     def _tails(self, coefficients: Array) -> BoolArray:
         """Return on which panels the last coefficients have not died out."""
-        by_panel = coefficients.reshape(_TERMS, len(self.edges) + 1, -1)
+        by_panel = coefficients.reshape(self.terms, len(self.edges) + 1, -1)
         functions = by_panel.shape[-1]
         # Two integrations make the k-th function (πk)² times smaller, but not its rounding.
         noise = _CONVERGED * functions**2 * np.linalg.norm(coefficients, axis=0)
@@ -132,7 +143,7 @@ class Panels:
         """Return panels of which the `chosen` ones are cut in two."""
         bounds = (0.0, *self.edges, 1.0)
         new = [(a + b) / 2 for (a, b), cut in zip(pairwise(bounds), chosen, strict=True) if cut]
-        return Panels(self.arm, tuple(sorted([*self.edges, *new])))
+        return replace(self, edges=tuple(sorted([*self.edges, *new])))
 
 
 def deflections(arm: Arm, motion: Motion) -> Combined:
@@ -153,13 +164,13 @@ def deflections(arm: Arm, motion: Motion) -> Combined:
         k functions: combinations of piecewise polynomials.
     """
     known = () if motion.deflection is None else motion.deflection.breakpoints
-    panels = Panels(arm, _distinct((*arm.beam.breakpoints, *known)))
+    panels = Panels.of(arm, known)
     profiles = (arm.beam.mass_profile, arm.beam.stiffness_profile)
     sampled = any(profile.degree is None for profile in profiles)
-    most = _MOST_PANELS_SAMPLED if sampled else _MOST_PANELS
+    most = len(panels.edges) + (_MOST_HALVED_SAMPLED if sampled else _MOST_HALVED)
     while True:
         coefficients, unresolved = panels.curvatures(motion)
-        if not unresolved.any() or len(panels.edges) + 1 + unresolved.sum() > most:
+        if not unresolved.any() or len(panels.edges) + unresolved.sum() > most:
             break
         panels = panels.halved(unresolved)
     return _orthonormal(panels, coefficients)
@@ -168,15 +179,15 @@ def deflections(arm: Arm, motion: Motion) -> Combined:
 def _orthonormal(panels: Panels, coefficients: Array) -> Combined:
     """Return functions of orthonormal strain energy with these curvatures' span."""
     xi, weights = panels.rule
-    carrier = panels.from_root()
-    scaled = coefficients / np.linalg.norm(coefficients, axis=0)
-    strain = np.sqrt(weights * panels.stiffness)[:, None] * (carrier.evaluate(xi, 2) @ scaled)
-    R: Array = qr(strain, mode="r")[0][: strain.shape[1]]
-    functions = np.linalg.solve(R.T * np.sign(np.diag(R)), scaled.T).T
+    scaled = np.asarray(coefficients / np.linalg.norm(coefficients, axis=0), dtype=float)
+    curvature = panels.from_root.combined(xi, 2, scaled)
+    strain = np.sqrt(weights * panels.stiffness)[:, None] * curvature
+    R = np.asarray(qr(strain, mode="r")[0][: strain.shape[1]], dtype=float)
+    functions: Array = np.linalg.solve(R.T * np.sign(np.diag(R)), scaled.T).T
     # Terms that carry rounding alone would only raise the degree, and the cost of every use.
-    by_term = np.abs(functions.reshape(_TERMS, -1)).max(axis=1)
+    by_term = np.abs(functions.reshape(panels.terms, -1)).max(axis=1)
     terms = int(np.flatnonzero(by_term > _CONVERGED * by_term.max())[-1]) + 1
-    trimmed = panels.from_root(terms)
+    trimmed = replace(panels, terms=terms).from_root
     return Combined(functions.shape[1], trimmed, functions[: trimmed.n])
 
 
@@ -190,10 +201,10 @@ def free_motion(arm: Arm, basis: Basis) -> Motion:
     ----------
     arm : Arm
     basis : Basis
-        Its deflections must be resolved by 42 Gauss points a panel between its and the
-        arm's breakpoints, halved until one wavelength or less is left to each.
+        Its deflections must be resolved by the Gauss points of the panels between its and
+        the arm's breakpoints, halved until one wavelength or less is left to each.
     """
-    panels = Panels(arm, _distinct((*arm.beam.breakpoints, *basis.breakpoints)))
+    panels = Panels.of(arm, basis.breakpoints)
     while basis.growth.exponent > 2 * np.pi * (len(panels.edges) + 1):
         panels = panels.halved(np.ones(len(panels.edges) + 1, dtype=bool))
     given, (xi, _) = panels.inertia, panels.rule

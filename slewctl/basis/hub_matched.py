@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -35,8 +35,11 @@ class HubMatched(Basis):
     ----------
     n : int
         How many functions.
-    ratios : Ratios
-        Hub and payload relative to the uniform beam.
+    ratios : Ratios, optional
+        Hub and payload relative to the uniform beam.  By default those of the arm that the
+        functions are matched to: the uniform beam that is most like it has its length, hub
+        and payload, and a mass of 3/L² times the moment of inertia of the arm's beam about
+        its clamp, which it therefore shares.
 
     Raises
     ------
@@ -44,25 +47,21 @@ class HubMatched(Basis):
         If n < 1, or `ratios` is something else.
     """
 
-    ratios: Ratios = field(default_factory=Ratios)
+    ratios: Ratios | None = None
     name: ClassVar[str] = "hub-matched"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.ratios, Ratios):
+        if not isinstance(self.ratios, Ratios | None):
             raise InputError(
                 f"{shown(self.ratios)} is not of type Ratios",
                 where="HubMatched.ratios",
-                remedy="give Ratios, or make the basis for an arm with HubMatched.of(arm, n)",
+                remedy="give Ratios, or leave it out to match the arm",
             )
 
-    @classmethod
-    def of(cls, arm: Arm, n: int) -> Self:
-        """Return the functions of the uniform beam that is most like `arm`.
-
-        It has the arm's length, hub and payload, and a mass of 3/L² times the moment of
-        inertia of the arm's beam about its clamp, which it therefore shares.
-        """
+    def _matched_to(self, arm: Arm) -> HubMatched:
+        if self.ratios is not None:
+            return self
         given = inertia_of(arm)
         mass = 3 * given.beam_inertia
         ratios = Ratios(
@@ -71,14 +70,21 @@ class HubMatched(Basis):
             given.payload_mass / mass,
             given.payload_inertia / mass,
         )
-        return cls(n, ratios)
+        return replace(self, ratios=ratios)
+
+    @property
+    def known_ratios(self) -> Ratios:
+        """The ratios, refused where they depend on an arm not given yet."""
+        if self.ratios is None:
+            raise self._unmatched()
+        return self.ratios
 
     @property
     def growth(self) -> Growth:
-        return Growth(float(hub_matched_roots(self.n, self.ratios)[-1]), 1)
+        return Growth(float(hub_matched_roots(self.n, self.known_ratios)[-1]), 1)
 
     def _evaluate(self, xi: Array, derivative: int) -> Array:
-        modes = _modes(self.n, self.ratios)
+        modes = _modes(self.n, self.known_ratios)
         slow = len(modes.states)
         return np.hstack(
             [

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from slewctl._types import Array
+from slewctl._types import Array, IntArray
 from slewctl.basis.contract import Basis, Growth
 from slewctl.errors import InputError, check_number, shown
 
@@ -61,34 +62,132 @@ class Polynomial(Basis):
         return self.edges
 
     def _evaluate(self, xi: Array, derivative: int) -> Array:
-        bounds = np.array([0.0, *self.edges, 1.0])
-        panels = len(bounds) - 1
-        shapes = np.empty((len(xi), self.n))
-        for panel in range(panels):
-            count = len(range(panel, self.n, panels))
-            if count:
-                block = _panel_shapes(xi, bounds[panel], bounds[panel + 1], count, derivative)
-                shapes[:, panel::panels] = block
-        return shapes
+        return self._combined(xi, derivative, np.eye(self.n))
+
+    def _combined(self, xi: Array, derivative: int, coefficients: Array) -> Array:
+        """Return the combinations panel by panel.
+
+        What the panels on the left have left behind, a slope and a deflection, is summed
+        once: the work grows with the points and the panels, not with their product.
+        """
+        half, terms = self._halves, self._terms
+        padded = np.zeros((terms * len(half), coefficients.shape[1]))
+        padded[: self.n] = coefficients
+        scaled = padded.reshape(terms, len(half), -1) * self._norms[:, :, None]
+        # Only the constant curvature leaves a slope behind, only the first two a deflection.
+        width = 2 * half[:, None]
+        gained = width * scaled[0]
+        slope = _before(gained)
+        deflection = _before(width * (gained / 2 + slope) - width**2 / 6 * scaled[1:2].sum(axis=0))
+        own = scaled * half[:, None] ** (2 - derivative)
+        weights = np.concatenate([own, [deflection, width / 2 * slope]])
+        placed = self._placed(xi, derivative)
+        found = placed.shapes @ weights[:, placed.panels].transpose(1, 0, 2)
+        return np.asarray(found[placed.index])
+
+    def projected(self, xi: Array, derivative: int, values: Array) -> Array:
+        """Return ``evaluate(xi, derivative).T @ values`` panel by panel, shape (n, k).
+
+        Parameters
+        ----------
+        xi : ndarray, shape (m,)
+        derivative : {0, 1, 2}
+        values : ndarray, shape (m, k)
+        """
+        half, terms, columns = self._halves, self._terms, values.shape[1]
+        placed = self._placed(xi, derivative)
+        given = np.zeros((*placed.shapes.shape[:2], columns))
+        given[placed.index] = values
+        sums = np.zeros((placed.shapes.shape[2], len(half), columns))
+        sums[:, placed.panels] = (placed.shapes.transpose(0, 2, 1) @ given).transpose(1, 0, 2)
+        own = sums[:terms] * half[:, None] ** (2 - derivative)
+        # How much the deflection and the slope count that each panel leaves to the next.
+        width = 2 * half[:, None]
+        deflection = _before(sums[-2, ::-1])[::-1]
+        slope = _before((width / 2 * sums[-1] + width * deflection)[::-1])[::-1]
+        own[0] += width * (slope + width / 2 * deflection)
+        own[1:2] -= width**2 / 6 * deflection
+        return np.asarray((self._norms[:, :, None] * own).reshape(-1, columns)[: self.n])
+
+    @cached_property
+    def _bounds(self) -> Array:
+        """Edges of the panels, with both ends."""
+        return np.array([0.0, *self.edges, 1.0])
+
+    @cached_property
+    def _halves(self) -> Array:
+        """Half the width of each panel."""
+        return np.asarray(np.diff(self._bounds) / 2)
+
+    @property
+    def _terms(self) -> int:
+        """Most functions that a panel has."""
+        return -(-self.n // len(self._halves))
+
+    @cached_property
+    def _norms(self) -> Array:
+        """What gives each curvature unit L2 norm, (terms, panels)."""
+        degrees = np.arange(self._terms)[:, None]
+        return np.asarray(np.sqrt((2 * degrees + 1) / (2 * self._halves)))
+
+    def _placed(self, xi: Array, derivative: int) -> _Placed:
+        """Return the points by panel.
+
+        An edge point belongs to the panel on its right, the tip to the last one.
+        """
+        bounds, half = self._bounds, self._halves
+        panel = np.clip(np.searchsorted(bounds, xi, side="right") - 1, 0, len(half) - 1)
+        local = np.clip((xi - (bounds[panel] + bounds[panel + 1]) / 2) / half[panel], -1.0, 1.0)
+        zero, one = np.zeros_like(local), np.ones_like(local)
+        inherited = ([one, local + 1], [zero, 1 / half[panel]], [zero, zero])[derivative]
+        own = _local_shapes(local, self._terms, derivative)
+        shapes = np.hstack([own, np.transpose(inherited)])
+        panels, row, counts = np.unique(panel, return_inverse=True, return_counts=True)
+        order = np.argsort(panel, kind="stable")
+        column = np.empty_like(order)
+        column[order] = np.arange(len(xi)) - np.repeat(np.cumsum(counts) - counts, counts)
+        stacked = np.zeros((len(panels), counts.max(initial=0), shapes.shape[1]))
+        stacked[row, column] = shapes
+        return _Placed(panels, (row, column), stacked)
 
 
-def _panel_shapes(xi: Array, left: float, right: float, count: int, derivative: int) -> Array:
-    """Return `count` shapes whose curvature lives on [left, right], or their derivatives."""
-    half = (right - left) / 2
-    local = np.clip((xi - (left + right) / 2) / half, -1.0, 1.0)
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """Points sorted into panels.
+
+    Attributes
+    ----------
+    panels : ndarray of int, shape (p,)
+        Those that have points.
+    index : pair of ndarray of int
+        Where each point is in the first two axes of ``shapes``.
+    shapes : ndarray, shape (p, most points, terms + 2)
+        The panel's own shapes at its points, then those of what its left neighbours leave it:
+        a deflection, and a slope times half the panel's width.
+    """
+
+    panels: IntArray
+    index: tuple[IntArray, IntArray]
+    shapes: Array
+
+
+def _before(steps: Array) -> Array:
+    """Return the sum of the steps before each."""
+    return np.vstack([np.zeros((1, steps.shape[1])), np.cumsum(steps[:-1], axis=0)])
+
+
+def _local_shapes(local: Array, count: int, derivative: int) -> Array:
+    """Return the Legendre polynomials, their integrals or double integrals from −1."""
     k = np.arange(count)
-    norm = np.sqrt((2 * k + 1) / (2 * half))  # unit L2 norm of the curvature
-    P = legvander(local, count + 1)
+    P = np.asarray(legvander(local, count + 1), dtype=float)
     if derivative == 2:
-        # An edge point belongs to the panel on its right, the tip to the last one.
-        inside = (xi >= left) & ((xi < right) | (right == 1.0))
-        return np.where(inside[:, None], norm * P[:, :count], 0.0)
-    slope = np.empty((len(xi), count))
-    slope[:, 0] = local + 1
-    slope[:, 1:] = (P[:, 2 : count + 1] - P[:, : count - 1]) / (2 * k[1:] + 1)
+        return P[:, :count]
     if derivative == 1:
-        return norm * half * slope
-    value = np.empty((len(xi), count))
+        slope = np.empty((len(local), count))
+        slope[:, 0] = local + 1
+        slope[:, 1:] = (P[:, 2 : count + 1] - P[:, : count - 1]) / (2 * k[1:] + 1)
+        return slope
+    value = np.empty((len(local), count))
     value[:, 0] = (local + 1) ** 2 / 2
     if count > 1:
         value[:, 1] = ((P[:, 3] - P[:, 1]) / 5 - local - 1) / 3
@@ -96,6 +195,4 @@ def _panel_shapes(xi: Array, left: float, right: float, count: int, derivative: 
     upper = (P[:, 4 : 4 + len(m)] - P[:, 2:count]) / (2 * m + 3)
     lower = (P[:, 2:count] - P[:, : len(m)]) / (2 * m - 1)
     value[:, 2:] = (upper - lower) / (2 * m + 1)
-    # Beyond its panel only the constant curvature leaves a slope behind.
-    value[:, 0] += 2 * np.maximum((xi - right) / half, 0.0)
-    return norm * half**2 * value
+    return value

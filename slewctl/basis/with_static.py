@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -30,29 +30,35 @@ class WithStatic(Basis):
     Parameters
     ----------
     parent : Basis
-    arm : Arm
+    arm : Arm, optional
+        By default the one that the functions are matched to.
 
     Raises
     ------
     InputError
-        If either is something else, or the static shape is a combination of the parent's
-        functions to ten digits, as that of a uniform arm is of four polynomials.
+        If either is something else, or, once there is an arm, the static shape is a
+        combination of the parent's functions to ten digits, as that of a uniform arm is of
+        four polynomials.
     """
 
     n: int = field(init=False)
     parent: Basis
-    arm: Arm
+    arm: Arm | None = None
     name: ClassVar[str] = "with static shape"
 
     def __post_init__(self) -> None:
         for name, kind in (("parent", Basis), ("arm", Arm)):
-            if not isinstance(getattr(self, name), kind):
+            value = getattr(self, name)
+            if not isinstance(value, kind) and not (name == "arm" and value is None):
                 raise InputError(
-                    f"{shown(getattr(self, name))} is not of type {kind.__name__}",
+                    f"{shown(value)} is not of type {kind.__name__}",
                     where=f"WithStatic.{name}",
                     remedy="give the basis, then the arm",
                 )
         object.__setattr__(self, "n", self.parent.n + 1)
+        if self.arm is None:
+            return
+        object.__setattr__(self, "parent", self.parent.matched_to(self.arm))
         if self._independence() < _DEPENDENT:
             raise InputError(
                 f"the static shape lies in the span of the {self.parent.name} functions",
@@ -60,9 +66,14 @@ class WithStatic(Basis):
                 remedy="use the parent by itself: it bends as the arm does already",
             )
 
+    def _matched_to(self, arm: Arm) -> WithStatic:
+        return self if self.arm is not None else replace(self, arm=arm)
+
     @cached_property
     def static(self) -> Combined:
         """The static shape alone, a piecewise polynomial."""
+        if self.arm is None:
+            raise self._unmatched()
         return deflections(self.arm, Motion(np.ones(1)))
 
     def _independence(self) -> float:

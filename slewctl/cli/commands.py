@@ -153,7 +153,7 @@ def modes_command(arm: str, orders: int, modes: int) -> None:
         exact = truth(chosen, max(modes, 10))
         for basis in NAMES:
             for n in range(1, orders + 1):
-                found = assemble(chosen, create(basis, n, chosen)).frequencies_hz[:modes]
+                found = assemble(chosen, create(basis, n)).frequencies_hz[:modes]
                 cells = [f"{f:.6f}" for f in found] + ["-"] * (modes - len(found))
                 table.add_row(basis, str(n), *cells)
     table.add_row("truth", "", *(f"{f:.6f}" for f in exact.frequencies_hz[:modes]))
@@ -176,6 +176,7 @@ def arms_command(name: str | None) -> None:
     entry = catalogue.CATALOGUE[name]
     parts = {"hub": arm.hub, "payload": arm.payload, "motor": arm.motor}
     texts = {"what": entry.summary, "source": entry.source, "uncertain": entry.uncertain}
+    texts["damping ratio to design with"] = str(entry.damping)
     for title, text in {**texts, **parts}.items():
         OUT.print(f"{title}: {text}")
     with computing(name):

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Iterator
-from concurrent.futures import Executor
-from contextlib import contextmanager
-from importlib.metadata import version
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
 import click
 from rich.table import Table
 
+from slewctl.arm import catalogue
 from slewctl.breakdown import computing
 from slewctl.cli.options import OUT_FOLDER, PARQUET
 from slewctl.cli.terminal import ERR, OUT, counter, number_table, progress, show
@@ -22,10 +22,11 @@ from slewctl.compare import (
     Study,
     count_points,
     count_trials,
+    dask_cluster,
     recommend,
     run_study,
 )
-from slewctl.errors import InputError
+from slewctl.compare.processes import ENDINGS
 from slewctl.files import computing_arm, find_arm, read_study
 
 
@@ -36,70 +37,92 @@ from slewctl.files import computing_arm, find_arm, read_study
 @click.option("--workers", type=click.IntRange(1), metavar="N",
               help="Processes to use; as many as there are cores by default.")  # fmt: skip
 @click.option(
-    "--dask", metavar="ADDRESS", help="Run on this Dask cluster, such as tcp://host:8786."
-)
+    "--dask", metavar="ADDRESS",
+    help="Run on this Dask cluster, such as tcp://host:8786; needs slewctl[dask]. It runs the "
+    "code that it is sent: name only one that you trust, in a network that you trust.",
+)  # fmt: skip
 @PARQUET
 def study_command(
     file: Path, out: Path, resume: bool, workers: int | None, dask: str | None, parquet: bool
 ) -> None:
     """Try the grid of designs in FILE on the truth and report which basis wins where.
 
-    Every finished design is kept at once in DIR/results.jsonl; after an interruption
-    --resume goes on from there.
+    Every finished design is kept at once in DIR/results.jsonl; after an interruption, a kill
+    or a full disk --resume goes on from there. A line of it that is damaged is named and its
+    design tried again.
     """
-    from slewctl.report import write_study  # matplotlib is only needed here
-
+    if dask is not None and workers:
+        raise click.UsageError("--workers is for processes here; --dask has its own workers")
     study = read_study(file)
     results = out / "results.jsonl"
-    try:
+    with _resumable(results):
+        from slewctl.report import write_study  # matplotlib is only needed here
+
+        cluster = nullcontext() if dask is None else dask_cluster(dask)
         with (
-            _executor(dask) as executor,
+            cluster as executor,
             counter(count_points(study)) as step,
             computing(str(file)),
         ):
             result = run_study(
                 study, results, stamp=_stamp(study), executor=executor,
-                workers=workers, resume=resume, progress=step,
+                workers=workers, resume=resume, progress=step, notice=_notice,
             )  # fmt: skip
-    except KeyboardInterrupt:
-        ERR.print(f"what was finished is in {results}; go on with --resume", soft_wrap=True)
-        raise
-    page = write_study(result, out, as_parquet=parquet)
+        page = write_study(result, out, as_parquet=parquet)
     for sentence in result.answer.sentences:
-        OUT.print(sentence, soft_wrap=True)
+        OUT.print(sentence)
     if result.refused:
         refused = f"{result.refused} of {len(result.rows)} designs could not be made"
-        OUT.print(f"{refused}; rows.csv.gz says why", soft_wrap=True)
-    OUT.print(f"report: {page}", soft_wrap=True)
+        OUT.print(f"{refused}; rows.csv.gz says why")
+    OUT.print(f"report: {page}")
 
 
 def _stamp(study: Study) -> dict[str, Any]:
     """Return what the results depend on."""
-    return {"slewctl": version("slewctl"), "columns": COLUMNS, "study": repr(study)}
+    return {"columns": COLUMNS, "study": repr(study)}
+
+
+def _notice(sentence: str) -> None:
+    """Print a sentence on standard error, if that can be written to."""
+    ERR.tell(sentence)
 
 
 @contextmanager
-def _executor(address: str | None) -> Iterator[Executor | None]:
-    """Yield the executor of a Dask cluster, or None for processes of our own."""
-    if address is None:
-        yield None
-        return
+def _resumable(results: Path) -> Iterator[None]:
+    """Let Ctrl-C, a terminal that closes or SIGTERM end the work with one line.
+
+    The line says how to go on; the status is that of a program which the signal has ended.
+    """
+
+    ended = False
+
+    def end(number: int, _: object) -> None:
+        nonlocal ended
+        ended = True
+        for each in before:  # a second signal must not disturb the end
+            signal.signal(each, signal.SIG_IGN)
+        raise _EndedError(number)
+
+    before = {n: h for n in ENDINGS if (h := signal.getsignal(n)) not in (signal.SIG_IGN, None)}
+    for number in before:
+        signal.signal(number, end)
     try:
-        from distributed import Client  # an option: only those who ask for it need it
-    except ImportError as error:
-        raise InputError(
-            "Dask is not installed", where="--dask", remedy="pip install distributed"
-        ) from error
-    try:
-        client = Client(address, timeout=10)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"no Dask scheduler answers at {address}",
-            where="--dask",
-            remedy="give its address, such as tcp://host:8786",
-        ) from error
-    with client:
-        yield client.get_executor()
+        yield
+    except _EndedError as error:
+        _notice(f"interrupted; what was finished is in {results}: go on with --resume")
+        raise SystemExit(128 + error.number) from None
+    finally:
+        if not ended:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+
+class _EndedError(KeyboardInterrupt):
+    """A signal has ended the work."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
 
 
 @click.command("recommend")
@@ -110,12 +133,15 @@ def _executor(address: str | None) -> Iterator[Executor | None]:
 def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
     """Say which basis, how many functions and how fast a controller suit ARM.
 
-    ARM is a catalogue name or a TOML file with an [arm] table.
+    ARM is a catalogue name, whose arm gets its suggested damping, or a TOML file with an
+    [arm] table.
     """
-    chosen = find_arm(arm)
+    known = arm in catalogue.names()
+    chosen = catalogue.damped(arm) if known else find_arm(arm)
+    damping = str(catalogue.CATALOGUE[arm].damping) if known else ""
     names = [name.strip() for name in sensors.split(",")]
     with progress(count_trials()) as step, computing_arm(arm):
-        advice = recommend(chosen, names, progress=step)
+        advice = recommend(chosen, names, damping=damping, progress=step)
     if as_json:
         OUT.text(json.dumps(advice.to_dict(), indent=1))
         return

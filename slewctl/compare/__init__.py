@@ -14,6 +14,7 @@ from slewctl.compare.comparison import (
     count_designs,
 )
 from slewctl.compare.convergence import Followed, Seen, follow
+from slewctl.compare.dask_cluster import dask_cluster
 from slewctl.compare.design_model import REDUCTIONS, SOURCES, DesignModel, design_model
 from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
 from slewctl.compare.evaluation import Evaluation, Judge, evaluate
@@ -23,8 +24,9 @@ from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
 from slewctl.compare.points import COLUMNS, Work, evaluate_point, run_study
 from slewctl.compare.quantities import QUANTITIES, Quantity, Reading, describe, read
 from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
+from slewctl.compare.results_file import rows
 from slewctl.compare.study_result import StudyResult, StudySlice
-from slewctl.compare.sweep import Piece, WorkerDiedError, rows, sweep
+from slewctl.compare.sweep import Piece, WorkerDiedError, sweep
 from slewctl.compare.uncertainty import VariedArm, WorstCase, worst_case
 
 __all__ = [
@@ -79,6 +81,7 @@ __all__ = [
     "count_designs",
     "count_points",
     "count_trials",
+    "dask_cluster",
     "describe",
     "design_model",
     "destabilised_mode",

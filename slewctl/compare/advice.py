@@ -70,6 +70,8 @@ class Recommendation:
     bandwidth_hz : float
         Up to here every slower design tried on that basis and n was accepted as well.
     trials : tuple of Trial
+    damping : str
+        Where the arm's damping comes from, if that was told.
     """
 
     arm: str
@@ -79,6 +81,7 @@ class Recommendation:
     n: int
     bandwidth_hz: float
     trials: tuple[Trial, ...]
+    damping: str = ""
 
     def __str__(self) -> str:
         return (
@@ -87,6 +90,7 @@ class Recommendation:
             f"bandwidth of at most {self.bandwidth_hz:.3g} Hz.  Up to there LQG designs are "
             f"stable on the converged arm, lose at most {percent(GOOD)} of the optimal cost and "
             f"keep {LEAST_GAIN_DB:g} dB and {LEAST_PHASE_DEG:g} deg."
+            + (f"  Damping ratio {self.damping}." if self.damping else "")
         )
 
     def _repr_html_(self) -> str:
@@ -144,9 +148,10 @@ def recommend(
     sensors: Sequence[str] = ("theta", "theta_dot"),
     *,
     truth_modes: int = 20,
+    damping: str = "",
     progress: Callable[[str], None] | None = None,
 ) -> Recommendation:
-    """Return basis, number of functions and bandwidth limit for an arm, found by trying.
+    r"""Return basis, number of functions and bandwidth limit for an arm, found by trying.
 
     LQG designs are made on every basis, order and bandwidth, and judged on the truth.  The
     recommendation is the largest bandwidth limit that any of them reaches, with the fewest
@@ -158,6 +163,9 @@ def recommend(
     sensors : sequence of str
         Of ``theta``, ``theta_dot``, ``tip`` and ``tip_deflection``.
     truth_modes : int
+    damping : str
+        Where the arm's damping comes from, to be told with the result: that of a catalogue
+        arm is `slewctl.arms.CATALOGUE`\ ``[name].damping``.
     progress : callable, optional
 
     Raises
@@ -186,9 +194,9 @@ def recommend(
     basis, n = ranked[0]
     limit = _limit([t for t in trials if (t.basis, t.n) == (basis, n)])
     if limit == 0:
-        raise _nothing_found(arm, trials)
+        raise _nothing_found(arm, trials, damping)
     ratio = arm.hub_inertia / beam_inertia(arm)
-    return Recommendation(arm.name, ratio, measured, basis, n, limit, tuple(trials))
+    return Recommendation(arm.name, ratio, measured, basis, n, limit, tuple(trials), damping)
 
 
 def _trial(basis: str, n: int, bandwidth: float, hertz: float, row: dict[str, Any]) -> Trial:
@@ -220,7 +228,7 @@ def _limit(trials: Sequence[Trial]) -> float:
     return limit
 
 
-def _nothing_found(arm: Arm, trials: Sequence[Trial]) -> DesignError:
+def _nothing_found(arm: Arm, trials: Sequence[Trial], damping: str) -> DesignError:
     holding = [t for t in trials if t.stable and t.loss is not None]
     closest = min(holding, key=lambda t: t.loss or 0.0, default=None)
     near = (
@@ -232,7 +240,8 @@ def _nothing_found(arm: Arm, trials: Sequence[Trial]) -> DesignError:
     undamped = not np.any(arm.damping_ratios(1)) and arm.damping is None
     return DesignError(
         f"no design for {arm.name} is stable with {LEAST_GAIN_DB:g} dB, {LEAST_PHASE_DEG:g} deg "
-        f"and at most {percent(GOOD)} of the optimal cost lost{near}",
+        f"and at most {percent(GOOD)} of the optimal cost lost{near}"
+        + (f"; damping ratio {damping}" if damping else ""),
         where="recommend",
         remedy="give the arm its damping (damping_ratio in a TOML file): without any, a mode that "
         "the controller does not know is on the edge of stability"

@@ -135,4 +135,4 @@ def check_reducible(modes: int, n: int, where: str) -> None:
 @lru_cache(maxsize=64)
 def _assembled(arm: Arm, basis: str, n: int) -> Model:
     """Return a Galerkin model; methods, sensors and bandwidths of a study share it."""
-    return assemble(arm, create(basis, n, arm))
+    return assemble(arm, create(basis, n))

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from slewctl.arm import Arm, Payload
 from slewctl.basis import NAMES
@@ -37,6 +39,9 @@ _TIP = 0.05
 _ANGLE_DEG = 30.0
 # What a study can measure.
 SENSORS = ("theta", "theta_dot", "tip", "tip_deflection")
+# Designs that a study may try: their rows fit in memory, and a machine tries them in days.
+MOST_POINTS = 1_000_000
+_MOST_GRIDS = 100
 # Enough to know the first of them.
 _FEW_MODES = 10
 
@@ -99,7 +104,8 @@ class Grid:
     Raises
     ------
     InputError
-        For an empty axis, an unknown name or an impossible value.
+        For an empty axis, an unknown name, an impossible value or more than `MOST_POINTS`
+        combinations.
     """
 
     bases: tuple[str, ...] = NAMES
@@ -118,7 +124,9 @@ class Grid:
                 raise InputError(
                     f"{shown(values)} is not a list of values", where=axis, remedy="give a list"
                 )
-            object.__setattr__(self, axis, tuple(values))
+        _check_size(Grid.__len__(self))  # len() itself would overflow
+        for axis in self.__dataclass_fields__:
+            object.__setattr__(self, axis, tuple(getattr(self, axis)))
         for basis in self.bases:
             check_choice(basis, SOURCES, "bases")
         for method in self.methods:
@@ -147,19 +155,28 @@ class Grid:
 
     def __contains__(self, point: Point) -> bool:
         s = point.setting
-        return (
-            point.basis in self.bases
-            and point.n in self.orders
-            and point.method in self.methods
-            and s.hub_ratio in self.hub_ratios
-            and s.payload_ratio in self.payload_ratios
-            and s.damping_ratio in self.damping_ratios
-            and s.bandwidth in self.bandwidths
-            and s.sensors in self.sensors
-        )
+        values = (
+            point.basis, point.n, point.method, s.hub_ratio, s.payload_ratio, s.damping_ratio,
+            s.bandwidth, s.sensors,
+        )  # fmt: skip
+        return all(value in axis for value, axis in zip(values, self._axes, strict=True))
+
+    @cached_property
+    def _axes(self) -> tuple[frozenset[object], ...]:
+        """The values of each axis, to look them up."""
+        return tuple(frozenset(getattr(self, axis)) for axis in self.__dataclass_fields__)
 
     def __len__(self) -> int:
-        return math.prod(len(values) for values in astuple(self))
+        return math.prod(len(getattr(self, axis)) for axis in self.__dataclass_fields__)
+
+
+def _check_size(points: int) -> None:
+    if points > MOST_POINTS:
+        raise InputError(
+            f"{points:,} designs are too many for a study",
+            where="grid",
+            remedy=f"keep at most {MOST_POINTS:,}: fewer values, or several studies",
+        )
 
 
 def check_sensors(names: object) -> tuple[str, ...]:
@@ -201,7 +218,7 @@ class Study:
     truth_modes: int = 20
 
     def __post_init__(self) -> None:
-        most = MOST_TRUTH_MODES // 2  # twice as many judge again
+        most = MOST_TRUTH_MODES
         if check_count(self.truth_modes, "truth.modes") > most:
             raise InputError(
                 f"a truth of {shown(self.truth_modes)} modes for each design takes too long",
@@ -210,6 +227,12 @@ class Study:
             )
         if not self.grids:
             raise InputError("there is no grid", where="grid", remedy="add a [[grid]] table")
+        if len(self.grids) > _MOST_GRIDS:
+            raise InputError(
+                f"{len(self.grids)} grids are too many for a study",
+                where="grid",
+                remedy=f"keep at most {_MOST_GRIDS}",
+            )
         largest = max(max(grid.orders) for grid in self.grids)
         if self.truth_modes < 2 * largest:
             raise InputError(
@@ -217,6 +240,7 @@ class Study:
                 where="truth.modes",
                 remedy=f"keep at least {2 * largest}",
             )
+        _check_size(sum(map(len, self.grids)))
 
     def points(self) -> Iterator[Point]:
         """Yield every point once, without a memory of those before."""
@@ -227,8 +251,25 @@ class Study:
 
 
 def count_points(study: Study) -> int:
-    """Return how many points a study has."""
-    return sum(1 for _ in study.points())
+    """Return how many points a study has, without going through them.
+
+    An axis is counted by the grids that hold a value: a point is one of the study if some
+    grid holds its values of all axes.
+    """
+    everywhere = frozenset(range(len(study.grids)))
+    held_by = Counter({everywhere: 1})  # combinations of the axes so far, by their grids
+    for axis in Grid.__dataclass_fields__:
+        holders: dict[object, set[int]] = {}
+        for place, grid in enumerate(study.grids):
+            for value in getattr(grid, axis):
+                holders.setdefault(value, set()).add(place)
+        values = Counter(map(frozenset, holders.values()))
+        longer: Counter[frozenset[int]] = Counter()
+        for (before, many), (here, times) in itertools.product(held_by.items(), values.items()):
+            longer[before & here] += many * times
+        del longer[frozenset()]
+        held_by = longer
+    return held_by.total()
 
 
 def arm_of(base: Arm, setting: Setting) -> Arm:

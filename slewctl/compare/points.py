@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from slewctl.arm import Arm
+from slewctl.breakdown import computing
 from slewctl.compare.case import Case
 from slewctl.compare.design_model import DesignModel, design_model
 from slewctl.compare.destabilised import destabilised_mode
@@ -29,17 +30,23 @@ from slewctl.compare.grid import (
 )
 from slewctl.compare.judgement import Judgement
 from slewctl.compare.quantities import QUANTITIES, Quantity, read
+from slewctl.compare.results_file import Notice, Row, rows
 from slewctl.compare.study_result import StudyResult
-from slewctl.compare.sweep import Piece, Row, rows, sweep
+from slewctl.compare.sweep import Piece, sweep
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.loop import Loop, PlantGraph, gap_between, plant_graph, stability_margin_bpc
 from slewctl.model import total_inertia
 from slewctl.plant import generalised_plant
 
-# Left out of a row: the same in decibels, what a loss says better, and what not every arm has.
+# Left out of a row: the same in decibels, and what has no size without units.  The noise of a
+# study is known up to a factor only, so that cost and levels under noise say nothing.
 _LEFT_OUT = ("stable", "h2_cost", "sensitivity_peak_db", "complementary_peak_db")
-_MEASURED = tuple(q for q in QUANTITIES.values() if q.name not in _LEFT_OUT and q.unit != "V")
+_MEASURED = tuple(
+    q
+    for q in QUANTITIES.values()
+    if q.name not in _LEFT_OUT and q.kind != "noise" and q.unit != "V"
+)
 
 
 def column(quantity: Quantity) -> str:
@@ -86,6 +93,7 @@ def run_study(
     workers: int | None = None,
     resume: bool = False,
     progress: Callable[[int], None] | None = None,
+    notice: Notice | None = None,
 ) -> StudyResult:
     """Try every point of a study; see `sweep` for the parameters and errors."""
 
@@ -95,7 +103,7 @@ def run_study(
 
     sweep(
         evaluate_point, pieces(), results, stamp=stamp, executor=executor, workers=workers,
-        resume=resume, progress=progress,
+        resume=resume, progress=progress, notice=notice,
     )  # fmt: skip
     return StudyResult(study, rows(results))
 
@@ -179,11 +187,10 @@ def design_row(
     A design that cannot be made, or judged in double precision, has a reason instead.
     """
     try:
-        return place_of(arm, bandwidth, sensors, truth_modes).row(basis, n, method)
+        with computing():
+            return place_of(arm, bandwidth, sensors, truth_modes).row(basis, n, method)
     except SlewctlError as error:
         return _no_design(str(error))
-    except (ArithmeticError, np.linalg.LinAlgError) as error:
-        return _no_design(f"beyond double precision ({error}); use milder ratios")
 
 
 def _no_design(reason: str) -> dict[str, Any]:

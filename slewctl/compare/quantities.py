@@ -107,11 +107,6 @@ class Quantity:
         """How a limit bounds it."""
         return "at least" if self.better == "greater" else "at most"
 
-    @property
-    def recorded(self) -> bool:
-        """Whether a baseline holds it though nobody requires it."""
-        return self.name in RECORDED
-
     def holds(self, value: float, limit: float) -> bool:
         """Whether a value is on the right side of a limit; NaN never is."""
         return value >= limit if self.better == "greater" else value <= limit
@@ -307,23 +302,23 @@ _LIST = (
         lambda m: m.disk,
     ),
     Quantity(
-        "sensitivity_peak", "", "Ms", "smaller", "largest |S|, S = 1/(1 + L)", "sensitivity", _ms
+        "sensitivity_peak", "", "Ms", "smaller", "largest gain of S = 1/(1 + L)", "sensitivity", _ms
     ),
     Quantity(
-        "sensitivity_peak_db", "dB", "Ms", "smaller", "largest |S| in decibels", "sensitivity",
-        lambda judgement: _decibels(_ms(judgement)),
+        "sensitivity_peak_db", "dB", "Ms", "smaller", "largest gain of S in decibels",
+        "sensitivity", lambda judgement: _decibels(_ms(judgement)),
     ),
     Quantity(
-        "complementary_peak", "", "Mt", "smaller", "largest |T|, T = L/(1 + L)", "sensitivity",
+        "complementary_peak", "", "Mt", "smaller", "largest gain of T = L/(1 + L)", "sensitivity",
         _complementary,
     ),
     Quantity(
-        "complementary_peak_db", "dB", "Mt", "smaller", "largest |T| in decibels", "sensitivity",
-        lambda judgement: _decibels(_complementary(judgement)),
+        "complementary_peak_db", "dB", "Mt", "smaller", "largest gain of T in decibels",
+        "sensitivity", lambda judgement: _decibels(_complementary(judgement)),
     ),
     Quantity(
-        "bandwidth_hz", "Hz", "f_B", "greater",
-        "frequency at which |S| first rises through 1/√2", "sensitivity", _bandwidth,
+        "closed_loop_bandwidth_hz", "Hz", "f_B", "greater",
+        "frequency at which the gain of S first rises through 1/√2", "sensitivity", _bandwidth,
         infinite="|S| never rises through 1/√2", scale="rate",
     ),
     Quantity(

@@ -35,17 +35,17 @@ class StudySlice:
     title: str
     rows: Sequence[Row]
 
-    @property
+    @cached_property
     def bases(self) -> list[str]:
         """Bases, the simplest first, then reductions of the truth."""
         return sorted({row["basis"] for row in self.rows}, key=SOURCES.index)
 
-    @property
+    @cached_property
     def orders(self) -> list[int]:
         """Numbers of functions, increasing."""
         return sorted({row["n"] for row in self.rows})
 
-    @property
+    @cached_property
     def hub_ratios(self) -> list[float]:
         """Hub inertias over the beam's, increasing."""
         return sorted({row["hub_ratio"] for row in self.rows})
@@ -99,20 +99,24 @@ class StudySlice:
         Infinite where the loop is unstable, NaN where there is no design.
         """
         found = np.full((len(self.orders), len(self.hub_ratios)), math.nan)
-        least = {ratio: self._least(ratio) for ratio in self.hub_ratios}
+        order = {n: place for place, n in enumerate(self.orders)}
+        column = {ratio: place for place, ratio in enumerate(self.hub_ratios)}
         for row in self.rows:
             if row["basis"] == basis and row["outcome"] != "no design":
-                place = self.orders.index(row["n"]), self.hub_ratios.index(row["hub_ratio"])
-                cost = (1 + row["h2_loss"]) / least[row["hub_ratio"]] if stable(row) else math.inf
-                found[place] = cost - 1
+                least = self._least.get(row["hub_ratio"], 1.0)
+                cost = (1 + row["h2_loss"]) / least if stable(row) else math.inf
+                found[order[row["n"]], column[row["hub_ratio"]]] = cost - 1
         return np.round(found, _DIGITS)
 
-    def _least(self, hub_ratio: float) -> float:
-        """Return the least cost over the optimum that counts as no loss at a hub."""
-        if self.rows[0]["method"] in OPTIMAL:
-            return 1.0
-        own = [1 + r["h2_loss"] for r in self.rows if r["hub_ratio"] == hub_ratio and stable(r)]
-        return min(own, default=1.0)
+    @cached_property
+    def _least(self) -> dict[float, float]:
+        """The least cost over the optimum that counts as no loss, at the hubs where it isn't 1."""
+        least: dict[float, float] = {}
+        if self.rows[0]["method"] not in OPTIMAL:
+            for row in filter(stable, self.rows):
+                hub, cost = row["hub_ratio"], 1 + row["h2_loss"]
+                least[hub] = min(cost, least.get(hub, cost))
+        return least
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,44 +1,45 @@
 """Many independent pieces of work over any executor, with results that survive.
 
-Every finished piece is one line of an append-only file, written at once.  An interruption
-or a killed worker loses no more than the pieces in flight, and a later run goes on from
-there.  Each piece runs with one BLAS thread wherever it runs, so that its numbers do not
-depend on the executor.
+Every finished piece is one line of a file, written at once (see
+`slewctl.compare.results_file`).  An interruption or a killed worker loses no more than the
+pieces in flight, and a later run goes on from there.  Each piece runs with one BLAS thread
+and the same versions of every program wherever it runs, so that its numbers do not depend on
+the executor.
 """
 
 from __future__ import annotations
 
-import itertools
-import json
 import os
-import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
+    CancelledError,
     Executor,
     Future,
-    ProcessPoolExecutor,
     wait,
 )
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from multiprocessing import get_context
 from pathlib import Path
-from sys import intern
-from typing import Any, overload
+from typing import Any
 
 from threadpoolctl import ThreadpoolController
 
+from slewctl.compare.processes import Processes
+from slewctl.compare.results_file import Notice, Row, results_file
+from slewctl.compare.versions import difference, versions
 from slewctl.errors import InputError, SlewctlError
 
-FORMAT = "slewctl-sweep-1"
-# Pieces handed out before the first comes back: enough that no worker waits.
+# Pieces handed out for each worker before the first comes back: enough that none waits.
 _IN_FLIGHT_PER_WORKER = 3
+# When nothing comes back for so many seconds, it is asked whether there still are workers.
+_PATIENCE = 60.0
 
-Row = Mapping[str, Any]
 Progress = Callable[[int], None]
+Work = Callable[[Any], Sequence[Row]]
 
 
 @dataclass(frozen=True)
@@ -61,11 +62,11 @@ class Piece:
 
 
 class WorkerDiedError(SlewctlError):
-    """A piece of work killed every worker that took it."""
+    """A piece of work killed every worker that took it, or no worker is left."""
 
 
 def sweep(
-    function: Callable[[Any], Sequence[Row]],
+    function: Work,
     pieces: Iterable[Piece],
     results: Path,
     *,
@@ -74,6 +75,7 @@ def sweep(
     workers: int | None = None,
     resume: bool = False,
     progress: Progress | None = None,
+    notice: Notice | None = None,
 ) -> None:
     """Apply `function` to every piece and append what it returns to a file.
 
@@ -86,179 +88,62 @@ def sweep(
     results : Path
         One line per piece, in the order in which they finish; read it with `rows`.
     stamp : mapping
-        What the sweep is; a file can only be resumed by the same sweep.
+        What the sweep is; a file can only be resumed by the same sweep, and the same versions
+        of slewctl and what it computes with.
     executor : concurrent.futures.Executor, optional
-        An existing one, such as Dask's ``client.get_executor()``; by default processes.
+        An existing one, such as that of `slewctl.compare.dask_cluster`; by default processes.
     workers : int, optional
-        By default as many as there are cores.
+        How many work at once; by default as many as the executor has, or there are cores.
     resume : bool
         Go on with an existing file; its finished pieces are not done again.
     progress : callable, optional
         Called with the number of cases of each finished piece.
+    notice : callable, optional
+        Called with a sentence for every line of an existing file that is damaged, whose piece
+        is done again, or that tells of no piece of this sweep, which is taken out.
 
     Raises
     ------
     InputError
-        If the file exists and `resume` was not asked for, or belongs to another sweep.
+        If the file exists and `resume` was not asked for, belongs to another sweep, is
+        written to by another run or cannot be written, or a worker has other versions.
     WorkerDiedError
-        If one piece alone kills its worker; everything else has been done by then.
+        If one piece alone kills its worker, when everything else has been done, or if an
+        executor has lost its workers.
     """
-    done = _open(results, stamp, resume)
-    report = progress or (lambda _: None)
-    cores = workers or os.cpu_count() or 1
-    with results.open("a", encoding="utf-8") as file:
+    report, tell = progress or (lambda _: None), notice or (lambda _: None)
+    with results_file(results, stamp, resume=resume, notice=tell) as file:
+        unclaimed = file.done
 
         def keep(piece: Piece, found: Sequence[Row]) -> None:
-            file.write(json.dumps({"key": piece.key, "rows": list(found)}) + "\n")
-            file.flush()
+            file.add(piece.key, found)
             report(piece.size)
 
         def remaining() -> Iterator[Piece]:
             for piece in pieces:
-                if piece.key in done:
+                if piece.key in unclaimed:
+                    unclaimed.remove(piece.key)
                     report(piece.size)
                 else:
                     yield piece
 
-        window = _IN_FLIGHT_PER_WORKER * cores
         if executor is not None:
-            _run(executor, function, remaining(), keep, window)
+            _run_elsewhere(executor, function, remaining(), keep, workers)
         else:
-            _run_in_processes(function, remaining(), keep, cores, window)
+            _run_in_processes(function, remaining(), keep, workers or os.cpu_count() or 1)
+        if unclaimed:
+            tell(f"{results}: {len(unclaimed)} pieces are none of this study's; taken out")
+            file.remove(unclaimed)
 
 
-@dataclass(frozen=True)
-class Rows(Sequence[Row]):
-    """Rows that share their keys; only their values are kept, so that a million of them fit.
-
-    Attributes
-    ----------
-    keys : tuple of str
-    values : sequence of tuple
-        One for each row.
-    """
-
-    keys: tuple[str, ...]
-    values: Sequence[tuple[Any, ...]]
-
-    def __len__(self) -> int:
-        return len(self.values)
-
-    @overload
-    def __getitem__(self, place: int) -> Row: ...
-    @overload
-    def __getitem__(self, place: slice) -> Rows: ...
-    def __getitem__(self, place: int | slice) -> Row | Rows:
-        if isinstance(place, slice):
-            return Rows(self.keys, self.values[place])
-        return dict(zip(self.keys, self.values[place], strict=True))
-
-
-def rows(results: Path) -> Rows:
-    """Return the rows of all finished pieces, ordered by the keys of the pieces.
-
-    Raises
-    ------
-    InputError
-        If the file is no result of a sweep.
-    """
-    keys: tuple[str, ...] = ()
-    found: dict[str, list[tuple[Any, ...]]] = {}
-    for entry in _entries(results):
-        for row in entry["rows"]:
-            keys = keys or tuple(row)
-            if tuple(row) != keys:
-                raise _no_results(results)
-        found[entry["key"]] = [tuple(map(_shared, row.values())) for row in entry["rows"]]
-    return Rows(keys, [values for key in sorted(found) for values in found[key]])
-
-
-def _shared(value: Any) -> Any:
-    """Return a value, of a text that comes again and again always the same copy."""
-    return intern(value) if isinstance(value, str) else value
-
-
-def _stamp_of(results: Path) -> dict[str, Any]:
-    """Return what the sweep of a file is."""
-    head = _parsed(next(_whole_lines(results), ""), ("format", "stamp"), results)
-    if head["format"] != FORMAT or not isinstance(head["stamp"], dict):
-        raise _no_results(results)
-    return head["stamp"]
-
-
-def _entries(results: Path) -> Iterator[dict[str, Any]]:
-    """Yield the finished pieces one by one, as they stand in the file."""
-    _stamp_of(results)
-    for line in itertools.islice(_whole_lines(results), 1, None):
-        yield _parsed(line, ("key", "rows"), results)
-
-
-def _parsed(line: str, keys: Sequence[str], results: Path) -> dict[str, Any]:
-    try:
-        found = json.loads(line)
-        return {key: found[key] for key in keys}
-    except (ValueError, KeyError, TypeError) as error:
-        raise _no_results(results) from error
-
-
-def _whole_lines(results: Path) -> Iterator[str]:
-    """Yield the lines of a file, but a last one that a kill has torn."""
-    try:
-        with results.open(encoding="utf-8", newline="\n") as file:
-            yield from (line for line in file if line.endswith("\n"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = (error.strerror if isinstance(error, OSError) else "") or "it is not text"
+def _limited(function: Work, work: Any, wanted: Mapping[str, str]) -> Sequence[Row]:
+    """Run one piece with one BLAS thread and the versions wanted, wherever it runs."""
+    if other := difference(versions(), wanted):
         raise InputError(
-            f"cannot be read: {reason}", where=str(results), remedy="check the path"
-        ) from error
-
-
-def _no_results(results: Path) -> InputError:
-    return InputError(
-        "not the results of a sweep", where=str(results), remedy="name another file, or remove it"
-    )
-
-
-def _open(results: Path, stamp: Mapping[str, Any], resume: bool) -> set[str]:
-    """Return the keys already in the file, which is made if it isn't there."""
-    if not results.exists():
-        head = json.dumps({"format": FORMAT, "stamp": dict(stamp)})
-        try:
-            results.parent.mkdir(parents=True, exist_ok=True)
-            results.write_text(head + "\n", encoding="utf-8")
-        except OSError as error:
-            raise InputError(
-                f"cannot be written: {error.strerror}",
-                where=str(results.parent),
-                remedy="name a folder that you may write to",
-            ) from error
-        return set()
-    if not resume:
-        raise InputError(
-            "this file is there already",
-            where=str(results),
-            remedy="go on with it by --resume, or remove it",
+            f"a worker has {other}",
+            where="executor",
+            remedy="install the same versions there: digits depend on them",
         )
-    if _stamp_of(results) != json.loads(json.dumps(dict(stamp))):
-        raise InputError(
-            "these are the results of another study or version",
-            where=str(results),
-            remedy="use another folder, or remove the file",
-        )
-    keys = {entry["key"] for entry in _entries(results)}
-    _mend(results)
-    return keys
-
-
-def _mend(results: Path) -> None:
-    """Cut off a last line that was torn by a kill: the next must begin afresh."""
-    whole = sum(len(line.encode()) for line in _whole_lines(results))
-    if whole < results.stat().st_size:
-        os.truncate(results, whole)
-
-
-def _limited(function: Callable[[Any], Sequence[Row]], work: Any) -> Sequence[Row]:
-    """Run one piece with one BLAS thread, wherever it runs."""
     with _threads().limit(limits=1):
         return function(work)
 
@@ -271,21 +156,28 @@ def _threads() -> ThreadpoolController:
 
 def _run(
     executor: Executor,
-    function: Callable[[Any], Sequence[Row]],
+    function: Work,
     pieces: Iterator[Piece],
     keep: Callable[[Piece, Sequence[Row]], None],
-    window: int,
+    window: Callable[[], int],
 ) -> None:
-    """Hand out the pieces, never more than `window` at a time."""
+    """Hand out the pieces, never more than a window of them at a time.
+
+    A window of none says that no worker is left; one piece is handed out all the same, since
+    a cluster may grow when there is work.
+    """
     flying: dict[Future[Sequence[Row]], Piece] = {}
     taken: Piece | None = None
     try:
         while True:
-            while len(flying) < window and (taken := next(pieces, None)) is not None:
-                flying[executor.submit(_limited, function, taken.work)] = taken
+            most = max(window(), 1)
+            while len(flying) < most and (taken := next(pieces, None)) is not None:
+                flying[executor.submit(_limited, function, taken.work, versions())] = taken
             if not flying:
                 return
-            finished, _ = wait(flying, return_when=FIRST_COMPLETED)
+            finished, _ = wait(flying, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+            if not finished and not window():
+                raise _lost("no worker is left")
             for future in finished:
                 keep(flying[future], future.result())
                 del flying[future]
@@ -293,9 +185,17 @@ def _run(
         # A pool may break between two submissions, and then refuses the piece just taken.
         refused = [taken] if taken is not None and taken not in flying.values() else []
         raise _PoolBrokeError((*flying.values(), *refused)) from error
+    except CancelledError as error:
+        raise _lost("the executor has dropped its work") from error
     finally:
         for future in flying:
             future.cancel()
+
+
+def _lost(what: str) -> WorkerDiedError:
+    return WorkerDiedError(
+        what, where="executor", remedy="what was finished is kept; go on with --resume"
+    )
 
 
 class _PoolBrokeError(Exception):
@@ -306,34 +206,61 @@ class _PoolBrokeError(Exception):
         self.pieces = pieces
 
 
+def _run_elsewhere(
+    executor: Executor,
+    function: Work,
+    pieces: Iterator[Piece],
+    keep: Callable[[Piece, Sequence[Row]], None],
+    workers: int | None,
+) -> None:
+    """Run on an executor that somebody else keeps."""
+    width = _width(executor, workers)
+    try:
+        _run(executor, function, pieces, keep, lambda: _IN_FLIGHT_PER_WORKER * width())
+    except _PoolBrokeError as error:
+        raise _lost("a worker was killed, and its pool is broken") from error
+
+
+def _width(executor: Executor, workers: int | None) -> Callable[[], int]:
+    """Return how to learn how many pieces an executor works at at once."""
+    client: Any = getattr(executor, "_client", None)
+    if workers or client is None:
+        most: int = workers or getattr(executor, "_max_workers", None) or os.cpu_count() or 1
+        return lambda: most
+
+    def threads() -> int:
+        """Ask Dask's scheduler, whose workers come and go; without it none is left."""
+        with suppress(OSError):
+            return sum(client.nthreads().values())
+        return 0
+
+    return threads
+
+
 def _run_in_processes(
-    function: Callable[[Any], Sequence[Row]],
+    function: Work,
     pieces: Iterator[Piece],
     keep: Callable[[Piece, Sequence[Row]], None],
     workers: int,
-    window: int,
 ) -> None:
     """Run over processes of our own; when one is killed, its pieces are tried again alone."""
     suspects: deque[Piece] = deque()
     fatal: list[str] = []
     while True:
         alone = bool(suspects)
-        batch: Iterator[Piece] = iter([suspects.popleft()]) if alone else pieces
-        pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_ignore_interrupts)
         try:
-            _run(pool, function, batch, keep, window)
-            pool.shutdown()
+            if alone:
+                with Processes(1) as pool:
+                    _run(pool, function, _drained(suspects), keep, lambda: 1)
+            else:
+                with Processes(workers) as pool:
+                    _run(pool, function, pieces, keep, lambda: _IN_FLIGHT_PER_WORKER * workers)
+                break
         except _PoolBrokeError as error:
             if alone:
                 fatal.append(error.pieces[0].key)
             else:
                 suspects.extend(error.pieces)
-        except BaseException:
-            _kill(pool)
-            raise
-        else:
-            if not alone:
-                break
     if fatal:
         raise WorkerDiedError(
             f"{len(fatal)} piece(s) killed their worker, the first being {fatal[0]}",
@@ -342,13 +269,6 @@ def _run_in_processes(
         )
 
 
-def _ignore_interrupts() -> None:
-    """Leave Ctrl-C to the parent, which ends its workers."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _kill(pool: ProcessPoolExecutor) -> None:
-    processes = list((pool._processes or {}).values())
-    pool.shutdown(wait=False, cancel_futures=True)
-    for process in processes:
-        process.terminate()
+def _drained(pieces: deque[Piece]) -> Iterator[Piece]:
+    while pieces:
+        yield pieces.popleft()

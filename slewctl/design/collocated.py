@@ -10,6 +10,7 @@ from time import perf_counter
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.breakdown import guarded
 from slewctl.design.filters import (
     RigidArm,
     Section,
@@ -39,6 +40,7 @@ _TAKEN = 0.5
 _POLE_TOLERANCE = 1e-6
 
 
+@guarded
 def pd_notch(
     plant: GeneralisedPlant,
     *,

@@ -21,7 +21,7 @@ import control
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.design.integral import INTEGRAL_STATE, angle_sensor
+from slewctl.design.integral import INTEGRAL_STATE, angle_sensor, slowest_motion
 from slewctl.design.lqr import check_assumptions
 from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
@@ -43,6 +43,9 @@ def sampled_lqg(
     whole, short = design.whole, design.short
     sampled = perf_counter()
     regulator, observer = design.regulator, design.observer
+    assumptions = _assumptions(T, float(delay), integral_limit)
+    if angle is not None:
+        assumptions = (*assumptions, slowest_motion(*design.dynamics, regulator.gain, T))
     solved = perf_counter()
     system, reference = design.system(), design.reference()
     built = perf_counter()
@@ -66,7 +69,7 @@ def sampled_lqg(
             Check("Riccati residual, filter", observer.residual, 1e-10),
             Check("hybrid cost, Lyapunov against Riccati", abs(achieved / design.cost - 1), 1e-9),
         ),
-        assumptions=_assumptions(T, float(delay), integral_limit),
+        assumptions=assumptions,
         seconds={"sample": sampled - start, "solve": solved - sampled, "build": built - solved},
         delay=float(delay),
         reference=reference,
@@ -121,10 +124,15 @@ class _Design:
         """Number of samples by which the state is predicted."""
         return self.whole.waiting - self.short.waiting
 
+    @property
+    def dynamics(self) -> tuple[Array, Array]:
+        """A and B of the regulator's states."""
+        return self._augmented(self.short)
+
     @cached_property
     def regulator(self) -> RiccatiSolution:
         """State feedback of the plant with the fraction of the delay."""
-        A, B = self._augmented(self.short)
+        A, B = self.dynamics
         size, n = len(A), len(self.short.A)
         cost = np.zeros((size + 1, size + 1))
         inside = [*range(n), size]
@@ -172,7 +180,7 @@ class _Design:
     @cached_property
     def _price(self) -> Array:
         """R + BᵀXB of the regulator."""
-        B = self._augmented(self.short)[1]
+        B = self.dynamics[1]
         return self.short.cost[-1:, -1:] + B.T @ self.regulator.X @ B
 
     @cached_property
@@ -182,7 +190,7 @@ class _Design:
             return 0.0
         if self.ahead:
             return float(self.regulator.gain[0, -1] * self.T)
-        B = self._augmented(self.short)[1]
+        B = self.dynamics[1]
         return float((B.T @ self.regulator.X)[0, -1] * self.T / self._price[0, 0])
 
     def system(self) -> control.StateSpace:

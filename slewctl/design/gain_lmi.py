@@ -24,6 +24,7 @@ import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
 
 from slewctl._types import Array
+from slewctl.linalg import Regulator
 
 if TYPE_CHECKING:
     import cvxpy
@@ -64,7 +65,9 @@ class GainLMI:
     X : cvxpy.Variable
         Symmetric, shape (n, n); the solution of the scaled Riccati equation is unit·X.
     A, B, Q : ndarray, shapes (n, n), (n, m), (n, n)
-        The inequality's data: the scaled gain is √unit·BᵀX.
+        The inequality's data, without cross term: the scaled gain is √unit·BᵀX …
+    preliminary : ndarray, shape (m, n)
+        … on top of this one, which takes the cross term out.
     unit : float
     tolerance : float
         What the solver is asked for.
@@ -75,6 +78,7 @@ class GainLMI:
     A: Array
     B: Array
     Q: Array
+    preliminary: Array
     unit: float
     tolerance: float
 
@@ -98,23 +102,26 @@ class GainLMI:
     @property
     def gain(self) -> Array:
         """The scaled gain, shape (m, n), once the problem is solved."""
-        return np.sqrt(self.unit) * (self.B.T @ np.asarray(self.X.value))
+        return self.preliminary + np.sqrt(self.unit) * (self.B.T @ np.asarray(self.X.value))
 
 
-def gain_lmi(A: Array, B: Array, C: Array, omega: Array, tuning: Tuning) -> GainLMI:
-    """Return the problem max tr X with Q = CᵀC.
+def gain_lmi(A: Array, B: Array, C: Array, D: Array, omega: Array, tuning: Tuning) -> GainLMI:
+    """Return the problem max tr X for the cost |Cx + Du|².
 
     Parameters
     ----------
-    A, B, C : ndarray, shapes (n, n), (n, m), (p, n)
-        With a unit weight on the input.
+    A, B, C, D : ndarray, shapes (n, n), (n, m), (p, n), (p, m)
+        With DᵀD = I.
     omega : ndarray, shape (n,)
         Frequency of each state's mode over the lowest.
     tuning : Tuning
     """
     import cvxpy as cp  # only those who synthesise by matrix inequalities wait for it
 
-    unit = tuning.unit * float(np.linalg.norm(C, 2) / np.linalg.norm(B, 2))
+    kept = Regulator.of(A, B, C, D)
+    size = np.linalg.norm(kept.C, 2) or np.linalg.norm(C, 2) or 1.0
+    A, B, C = kept.A, kept.B, kept.C
+    unit = tuning.unit * float(size / np.linalg.norm(B, 2))
     B, Q = B * np.sqrt(unit), C.T @ C / unit
     n, m = B.shape
     weight = omega**tuning.power
@@ -126,4 +133,4 @@ def gain_lmi(A: Array, B: Array, C: Array, omega: Array, tuning: Tuning) -> Gain
     # One product instead of blocks: the solver, not the modelling, takes the time.
     half = rows @ X @ columns
     problem = cp.Problem(cp.Maximize(cp.trace(X)), [half + half.T + constant >> 0])
-    return GainLMI(problem, X, A, B, Q, unit, tuning.tolerance)
+    return GainLMI(problem, X, A, B, Q, kept.gain, unit, tuning.tolerance)

@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.breakdown import guarded
 from slewctl.design.convex import solve
 from slewctl.design.gain_lmi import FILTER, REGULATOR, GainLMI, gain_lmi
 from slewctl.design.h2_joint import h2_joint
@@ -55,6 +56,7 @@ class H2Problem:
         return self.setting.plant
 
 
+@guarded
 def h2_lmi(plant: GeneralisedPlant, *, formulation: Formulation = "separated") -> Controller:
     """Return the H2-optimal controller of a plant by matrix inequalities.
 
@@ -100,7 +102,7 @@ def build_h2(plant: GeneralisedPlant) -> H2Problem:
 
 def regulator_lmi(plant: ScaledPlant) -> GainLMI:
     """Return the inequality of the state feedback; its gain is F with u_s = −F x_s."""
-    return gain_lmi(plant.A, plant.B2, plant.C1, plant.omega, REGULATOR)
+    return gain_lmi(plant.A, plant.B2, plant.C1, plant.D12, plant.omega, REGULATOR)
 
 
 def filter_lmi(plant: ScaledPlant) -> GainLMI:
@@ -108,7 +110,7 @@ def filter_lmi(plant: ScaledPlant) -> GainLMI:
 
     The dual problem: Aᵀ for A, sensors for inputs, disturbances for performance.
     """
-    return gain_lmi(plant.A.T, plant.C2.T, plant.B1.T, plant.omega, FILTER)
+    return gain_lmi(plant.A.T, plant.C2.T, plant.B1.T, plant.D21.T, plant.omega, FILTER)
 
 
 def solve_h2(problem: H2Problem) -> Controller:
@@ -137,7 +139,7 @@ def _bound(problem: H2Problem, F: Array) -> float:
     """Return what no controller's cost is below, by the two inequalities' solutions.
 
     With X and Y below the Riccati solutions, completing the squares leaves at least
-    tr B1ᵀXB1 and the cost tr F Y Fᵀ of estimating F x, F = B2ᵀX.
+    tr B1ᵀXB1 and the cost tr F Y Fᵀ of estimating F x, F = B2ᵀX + D12ᵀC1.
     """
     plant = problem.setting.scaled
     X, Y = problem.regulator.below, problem.filter.below

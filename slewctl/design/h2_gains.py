@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.breakdown import guarded
 from slewctl.design.convex import solve
 from slewctl.design.gain_lmi import GainLMI
 from slewctl.design.h2 import filter_lmi, regulator_lmi
@@ -72,6 +73,7 @@ class H2Gain:
         return self.cost / self.optimum - 1
 
 
+@guarded
 def h2_state_feedback(plant: GeneralisedPlant) -> H2Gain:
     """Return the H2-optimal state feedback of a plant by one matrix inequality.
 
@@ -90,6 +92,7 @@ def h2_state_feedback(plant: GeneralisedPlant) -> H2Gain:
     return solve_state_feedback(build_state_feedback(plant))
 
 
+@guarded
 def h2_estimator(plant: GeneralisedPlant) -> H2Gain:
     """Return the stationary Kalman filter's gain by one matrix inequality.
 
@@ -121,34 +124,32 @@ def build_estimator(plant: GeneralisedPlant) -> GainProblem:
 
 def solve_state_feedback(problem: GainProblem) -> H2Gain:
     """Return the state feedback of a built problem."""
-    setting, twin = problem.setting, problem.setting.twin
+    setting, plant = problem.setting, problem.setting.plant
     solved = _solved(problem, "h2_state_feedback")
-    F = problem.lmi.gain
-    K = setting.twin_scaled.state_feedback(F)
-    cost = stable_cost(twin.A - twin.B2 @ K, twin.B1, twin.C1 - twin.D12 @ K)
+    K = setting.scaled.state_feedback(problem.lmi.gain)
+    cost = stable_cost(plant.A - plant.B2 @ K, plant.B1, plant.C1 - plant.D12 @ K)
     X = setting.riccati()[0].X
     scaled_cost = np.trace(setting.scaled.B1.T @ problem.lmi.below @ setting.scaled.B1)
     return solved.result(
-        setting.scaled.state_feedback(F),
+        K,
         cost,
-        float(np.trace(twin.B1.T @ X @ twin.B1)),
+        float(np.trace(plant.B1.T @ X @ plant.B1)),
         setting.scaled.rate * float(scaled_cost),
     )
 
 
 def solve_estimator(problem: GainProblem) -> H2Gain:
     """Return the estimator of a built problem."""
-    setting, twin = problem.setting, problem.setting.twin
+    setting, plant = problem.setting, problem.setting.plant
     solved = _solved(problem, "h2_estimator")
-    L = problem.lmi.gain.T
-    Kf = setting.twin_scaled.observer_gain(L)
-    cost = stable_cost(twin.A - Kf @ twin.C2, twin.B1 - Kf @ twin.D21, twin.C1)
+    Kf = setting.scaled.observer_gain(problem.lmi.gain.T)
+    cost = stable_cost(plant.A - Kf @ plant.C2, plant.B1 - Kf @ plant.D21, plant.C1)
     Y = setting.riccati()[1].X
     scaled_cost = np.trace(setting.scaled.C1 @ problem.lmi.below @ setting.scaled.C1.T)
     return solved.result(
-        setting.scaled.observer_gain(L),
+        Kf,
         cost,
-        float(np.trace(twin.C1 @ Y @ twin.C1.T)),
+        float(np.trace(plant.C1 @ Y @ plant.C1.T)),
         setting.scaled.rate * float(scaled_cost),
     )
 

@@ -28,6 +28,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.design.convex import solve
 from slewctl.design.h2_setting import H2Setting, Realised, finished_h2, h2_setting, observer
+from slewctl.design.observer import for_feedthrough
 from slewctl.design.result import Controller
 from slewctl.errors import AccuracyError, check_positive
 from slewctl.plant import GeneralisedPlant
@@ -261,6 +262,8 @@ def _reconstructed(joint: JointH2Problem) -> tuple[Realised, tuple[Array, Array]
         name="h2_lmi",
     )
     made = Realised(
-        joint.setting.scaled.controller(system), None, "u = K(s) y of the variables Â, B̂ and Ĉ"
+        for_feedthrough(joint.plant, joint.setting.scaled.controller(system)),
+        None,
+        "u = K(s) y of the variables Â, B̂ and Ĉ",
     )
     return made, ((p.control_unit / p.state_unit) * F, p.state_unit * L)

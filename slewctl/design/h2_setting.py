@@ -10,21 +10,19 @@ import control
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.design.lqg import observer_feedback, observer_reference, optimal_cost
+from slewctl.design.achieved import closed_cost
+from slewctl.design.lqg import optimal_cost
 from slewctl.design.lqr import check_assumptions, kalman, lqr
+from slewctl.design.observer import observer_feedback, observer_reference
 from slewctl.design.reference import Reference
-from slewctl.design.result import Check, Controller, Guarantee, closed_cost, finished
+from slewctl.design.result import Check, Controller, Guarantee, finished
 from slewctl.design.scaling import ScaledPlant, scaled
-from slewctl.errors import DesignError
 from slewctl.linalg import RiccatiSolution, h2_cost
 from slewctl.plant import GeneralisedPlant
 
 # A result whose recomputed cost lies further above the optimum is not called optimal.
 GAP = 1e-6
-ASSUMPTIONS = (
-    "w is white noise of unit density; torque noise and sensor noise are independent",
-    "the outputs and the actuator are penalised apart (D12ᵀC1 = 0, B1 D21ᵀ = 0)",
-)
+ASSUMPTIONS = ("w is white noise of unit density, its components independent",)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +46,8 @@ class H2Setting:
     twin_scaled: ScaledPlant
 
     def riccati(self) -> tuple[RiccatiSolution, RiccatiSolution]:
-        """Return regulator and filter of the twin by Riccati equations."""
-        return lqr(self.twin), kalman(self.twin)
+        """Return regulator and filter of the plant by Riccati equations."""
+        return lqr(self.plant), kalman(self.plant)
 
     def twin_state_feedback(self, K: Array) -> Array:
         """Return a state feedback of the plant as one of the twin."""
@@ -57,7 +55,7 @@ class H2Setting:
 
     def cost(self, system: control.StateSpace) -> float:
         """Return the squared H2 norm with a controller; infinite if the loop is not stable."""
-        return closed_cost(self.twin, system).value
+        return closed_cost(self.plant, system).value
 
 
 def h2_setting(plant: GeneralisedPlant) -> H2Setting:
@@ -66,15 +64,14 @@ def h2_setting(plant: GeneralisedPlant) -> H2Setting:
     Raises
     ------
     DesignError
-        If a mode is not penalised, not seen or not reached, if the torque has no penalty or a
-        sensor no noise, or if cost or noise have cross terms.
+        If a mode is not penalised, not seen or not reached, if the actuator has no penalty or
+        a sensor no noise, or if white noise passes straight to z.
     AccuracyError
         If the modes of a plant in raw coordinates cannot be told apart.
     """
+    check_assumptions(plant)
     energy = scaled(plant)
-    _refuse_cross_terms(energy)
     twin, twin_scaled = (plant, energy) if energy.diagonal else energy.energy_plant(plant)
-    check_assumptions(twin)
     return H2Setting(plant, energy, twin, twin_scaled)
 
 
@@ -107,7 +104,7 @@ def observer(setting: H2Setting, F: Array, L: Array) -> Realised:
     K, Kf = setting.twin_scaled.state_feedback(F), setting.twin_scaled.observer_gain(L)
     return Realised(
         observer_feedback(setting.twin, K, Kf, "h2_lmi"),
-        observer_reference(setting.twin, K),
+        observer_reference(setting.twin, K, Kf),
         "u = −K(x̂ − x_ref), x̂ from an observer on the sensors, driven by u",
     )
 
@@ -136,11 +133,11 @@ def finished_h2(
         The inequalities' own bound on the cost, shown beside what is achieved.
     seconds : mapping of str to float
     """
-    optimum = optimal_cost(setting.twin, *setting.riccati())
+    optimum = optimal_cost(setting.plant, *setting.riccati())
     cost = setting.cost(made.system)
     F, L = gains
     return finished(
-        setting.twin,
+        setting.plant,
         made.system,
         "h2-lmi",
         {
@@ -153,15 +150,3 @@ def finished_h2(
         seconds=seconds,
         reference=made.reference,
     )
-
-
-def _refuse_cross_terms(energy: ScaledPlant) -> None:
-    """Refuse what neither the separated inequalities nor the Riccati equations account for."""
-    cost = np.abs(energy.D12.T @ energy.C1).max(initial=0.0)
-    noise = np.abs(energy.B1 @ energy.D21.T).max(initial=0.0)
-    if cost > 1e-9 * np.linalg.norm(energy.C1) or noise > 1e-9 * np.linalg.norm(energy.B1):
-        raise DesignError(
-            "the plant has cross terms between outputs and actuator, or between noises",
-            where="h2_lmi",
-            remedy="give outputs and actuator rows of z of their own, and each noise its own w",
-        )

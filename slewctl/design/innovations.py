@@ -20,7 +20,7 @@ from slewctl._types import Array
 from slewctl.design.lqr import check_assumptions
 from slewctl.design.regulator_lmi import Dynamics
 from slewctl.design.scaling import ScaledPlant, scaled
-from slewctl.linalg import solve_riccati
+from slewctl.linalg import Regulator
 from slewctl.plant import GeneralisedPlant
 
 
@@ -125,9 +125,8 @@ def innovations(plant: GeneralisedPlant) -> Innovations:
 def _half(A: Array, B: Array, C: Array, D: Array) -> tuple[Array, Array, Array, Array, Array]:
     """Return A and C without the cross term CᵀD, the gain that removes it, the optimal one, X.
 
-    With DᵀD = I the cost of C x + D u is that of (C − DDᵀC) x plus |u + DᵀC x|².
+    DᵀD = I.
     """
-    preliminary = D.T @ C
-    A, C = A - B @ preliminary, C - D @ preliminary
-    found = solve_riccati(A, B, C.T @ C, np.eye(B.shape[1]))
-    return A, C, preliminary, found.gain, found.X
+    kept = Regulator.of(A, B, C, D)
+    found = kept.solve()
+    return kept.A, kept.C, kept.gain, found.gain - kept.gain, found.X

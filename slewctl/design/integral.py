@@ -12,13 +12,15 @@ from time import perf_counter
 
 import control
 import numpy as np
+from scipy.linalg import block_diag
 
 from slewctl._types import Array
 from slewctl.design.lqr import check_assumptions, kalman
 from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
-from slewctl.errors import InputError
-from slewctl.linalg import RiccatiSolution, h2_cost, solve_riccati
+from slewctl.errors import DesignError, InputError
+from slewctl.linalg import Regulator, RiccatiSolution, h2_cost
+from slewctl.observability import pole_rounding
 from slewctl.plant import GeneralisedPlant
 
 INTEGRAL_STATE = "theta_integral"
@@ -41,12 +43,13 @@ def integral_lqg(plant: GeneralisedPlant, limit: float) -> Controller:
     check_assumptions(plant)
     start = perf_counter()
     regulator = _regulator(plant, angle, limit)
+    slowest = slowest_motion(*_augmented(plant, angle), regulator.gain)
     observer = kalman(plant)
     solved = perf_counter()
     n = len(plant.A)
     K, Ki, Kf = regulator.gain[:, :n], regulator.gain[:, n:], observer.gain.T
     system = _system(plant, K, Ki, Kf, angle)
-    reference = _reference(plant, K)
+    reference = _reference(plant, K, Kf)
     built = perf_counter()
     expected = _expected(plant, regulator, observer, angle)
     achieved = _achieved(plant, system, limit)
@@ -64,21 +67,51 @@ def integral_lqg(plant: GeneralisedPlant, limit: float) -> Controller:
         assumptions=(
             "u = −K(x̂ − x_ref) − K_i σ, σ the integral of the measured theta − theta_ref",
             "x̂ from a stationary Kalman filter on the sensors, driven by u",
-            "white torque noise and white sensor noise of the objective's densities, independent",
+            "w is white noise of unit density",
             f"optimal for the mean of z² + (σ / {limit:g} rad·s)²",
+            slowest,
         ),
         seconds={"solve": solved - start, "build": built - solved},
         reference=reference,
     )  # fmt: skip
 
 
-def _regulator(plant: GeneralisedPlant, angle: int, limit: float) -> RiccatiSolution:
+def slowest_motion(A: Array, B: Array, gain: Array, sample_time: float = 0.0) -> str:
+    """Return what the integral's feedback comes to, in words; refuse one that does nothing.
+
+    Parameters
+    ----------
+    A, B, gain : ndarray
+        Of the plant with its integral, and the state feedback.
+    sample_time : float
+        In s, of a sampled one.
+    """
+    poles, rounding = pole_rounding(A - B @ gain)
+    if sample_time:
+        slowest = -float(np.log(np.abs(poles) + rounding).max()) / sample_time
+    else:
+        slowest = -float((poles.real + rounding).max())
+    if not slowest > 0:
+        raise DesignError(
+            "so large a limit leaves an integral that does nothing to working precision",
+            where="integral_limit",
+            remedy="lower it, or leave the integral out",
+        )
+    return f"the regulator's slowest motion has a time constant of {1 / slowest:.3g} s"
+
+
+def _augmented(plant: GeneralisedPlant, angle: int) -> tuple[Array, Array]:
+    """Return A and B of the plant with σ' = its measured angle."""
     n = len(plant.A)
     A = np.zeros((n + 1, n + 1))
     A[:n, :n], A[n, :n] = plant.A, plant.C2[angle]
-    Q = np.zeros((n + 1, n + 1))
-    Q[:n, :n], Q[n, n] = plant.C1.T @ plant.C1, limit**-2
-    return solve_riccati(A, np.vstack([plant.B2, [[0.0]]]), Q, plant.D12.T @ plant.D12)
+    return A, np.vstack([plant.B2, plant.D22[angle : angle + 1]])
+
+
+def _regulator(plant: GeneralisedPlant, angle: int, limit: float) -> RiccatiSolution:
+    C = block_diag(plant.C1, np.array([[1 / limit]]))
+    D = np.vstack([plant.D12, [[0.0]]])
+    return Regulator.of(*_augmented(plant, angle), C, D).solve()
 
 
 def _system(
@@ -86,7 +119,8 @@ def _system(
 ) -> control.StateSpace:
     n, sensors = len(plant.A), list(plant.sensors)
     A = np.zeros((n + 1, n + 1))
-    A[:n] = np.hstack([plant.A - plant.B2 @ K - Kf @ plant.C2, -plant.B2 @ Ki])
+    driven = plant.B2 - Kf @ plant.D22
+    A[:n] = np.hstack([plant.A - Kf @ plant.C2 - driven @ K, -driven @ Ki])
     return control.StateSpace(
         A,
         np.vstack([Kf, np.eye(len(sensors))[angle]]),
@@ -99,12 +133,12 @@ def _system(
     )
 
 
-def _reference(plant: GeneralisedPlant, K: Array) -> Reference | None:
+def _reference(plant: GeneralisedPlant, K: Array, Kf: Array) -> Reference | None:
     rest = at_rest(plant)
     if rest is None:
         return None
     entry = K @ rest[0] + rest[1]
-    return Reference(np.vstack([plant.B2 @ entry, [[-1.0]]]), entry)
+    return Reference(np.vstack([(plant.B2 - Kf @ plant.D22) @ entry, [[-1.0]]]), entry)
 
 
 def _expected(

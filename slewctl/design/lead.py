@@ -7,6 +7,7 @@ from time import perf_counter
 
 import numpy as np
 
+from slewctl.design.breakdown import guarded
 from slewctl.design.filters import (
     Section,
     check_frequency,
@@ -28,6 +29,7 @@ _ROLLOFF = 10.0
 _TOLERANCE = 1e-9
 
 
+@guarded
 def lead(
     plant: GeneralisedPlant,
     *,

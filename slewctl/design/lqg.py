@@ -7,22 +7,25 @@ from time import perf_counter
 import control
 import numpy as np
 
-from slewctl._types import Array
+from slewctl.design.achieved import closed_cost
+from slewctl.design.breakdown import guarded
 from slewctl.design.discrete import sampled_lqg
 from slewctl.design.integral import integral_lqg
-from slewctl.design.lqr import kalman, lqr
-from slewctl.design.reference import Reference, at_rest
-from slewctl.design.result import Check, Controller, closed_cost, finished
+from slewctl.design.lqr import check_finite_cost, kalman, lqr
+from slewctl.design.observer import observer_feedback, observer_reference
+from slewctl.design.result import Check, Controller, finished
+from slewctl.design.sampled_plant import sampled_plant_lqg
 from slewctl.errors import InputError, check_nonnegative, check_positive
 from slewctl.linalg import RiccatiSolution
 from slewctl.plant import GeneralisedPlant, check_plant
 
 ASSUMPTIONS = (
     "u = −K(x̂ − x_ref), x̂ from a stationary Kalman filter on the sensors, driven by u",
-    "white torque noise and white sensor noise of the objective's densities, independent",
+    "w is white noise of unit density; what disturbs and what is measured may have it in common",
 )
 
 
+@guarded
 def lqg(
     plant: GeneralisedPlant,
     *,
@@ -35,7 +38,9 @@ def lqg(
     Parameters
     ----------
     plant : GeneralisedPlant
-        Made from the model that the designer has, never from the truth.
+        Made from the model that the designer has, never from the truth.  Continuous, with
+        D₁₁ = 0, or sampled; all other matrices as they come.  Of a sampled plant the
+        controller has the plant's clock and minimises the sampled H2 norm.
     integral_limit : float, optional
         Largest acceptable integral of the hub angle's error in rad·s (Bryson's rule).  Given,
         the measured ``theta`` is integrated and fed back too, and a constant torque leaves no
@@ -65,7 +70,10 @@ def lqg(
     AccuracyError
         If a Riccati equation has no stabilising solution, as where the samples miss a mode.
     """
-    check_plant(plant, "design")
+    check_plant(plant, "design", sampled=True)
+    if plant.sample_time:
+        _refuse_options(integral_limit=integral_limit, sample_time=sample_time, delay=delay)
+        return sampled_plant_lqg(plant)
     if integral_limit is not None:
         check_positive(integral_limit, "integral_limit")
     if sample_time is not None:
@@ -81,13 +89,25 @@ def lqg(
     return _plain_lqg(plant)
 
 
+def _refuse_options(**given: float | None) -> None:
+    """Refuse options that have no meaning for a plant that is sampled already."""
+    for name, value in given.items():
+        if value:
+            raise InputError(
+                "the plant is sampled already, with a clock of its own",
+                where=name,
+                remedy="leave it out, or give the continuous plant",
+            )
+
+
 def _plain_lqg(plant: GeneralisedPlant) -> Controller:
+    check_finite_cost(plant)
     start = perf_counter()
     regulator, observer = lqr(plant), kalman(plant)
     solved = perf_counter()
     K, Kf = regulator.gain, observer.gain.T
     system = observer_feedback(plant, K, Kf, "lqg")
-    reference = observer_reference(plant, K)
+    reference = observer_reference(plant, K, Kf)
     built = perf_counter()
     return finished(
         plant,
@@ -99,42 +119,6 @@ def _plain_lqg(plant: GeneralisedPlant) -> Controller:
         seconds={"solve": solved - start, "build": built - solved},
         reference=reference,
     )
-
-
-def observer_feedback(
-    plant: GeneralisedPlant, K: Array, Kf: Array, name: str
-) -> control.StateSpace:
-    """Return u = −K x̂ with the observer x̂' = A x̂ + B₂ u + K_f (y − C₂ x̂), named.
-
-    Parameters
-    ----------
-    plant : GeneralisedPlant
-    K, Kf : ndarray, shapes (1, n) and (n, sensors)
-    name : str
-    """
-    return control.StateSpace(
-        plant.A - plant.B2 @ K - Kf @ plant.C2,
-        Kf,
-        -K,
-        np.zeros((1, len(plant.sensors))),
-        inputs=list(plant.sensors),
-        outputs=[plant.actuator],
-        states=[f"{state}_estimate" for state in plant.system.state_labels],
-        name=name,
-    )
-
-
-def observer_reference(plant: GeneralisedPlant, K: Array) -> Reference | None:
-    """Return how the reference angle enters `observer_feedback`: by commanding the state.
-
-    u = −K(x̂ − N_x θ_ref) + N_u θ_ref, and the observer is driven by this u.  None if the
-    plant does not say where its angle is (see `at_rest`).
-    """
-    rest = at_rest(plant)
-    if rest is None:
-        return None
-    entry = K @ rest[0] + rest[1]
-    return Reference(plant.B2 @ entry, entry)
 
 
 def _checks(

@@ -5,24 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.design.breakdown import check_finite, guarded
 from slewctl.errors import DesignError, InputError
-from slewctl.linalg import RiccatiSolution, solve_riccati, unobservable_modes
-from slewctl.plant import GeneralisedPlant, check_plant
+from slewctl.linalg import Regulator, RiccatiSolution, full_column_rank, solve_discrete_riccati
+from slewctl.observability import unobservable_modes
+from slewctl.plant import GeneralisedPlant, check_plant, continuous_equivalent
 
 
+@guarded
 def lqr(
     plant: GeneralisedPlant, *, Q: Array | None = None, R: Array | None = None
 ) -> RiccatiSolution:
     """Return the state feedback u = −Kx that minimises the integral of zᵀz, or of xᵀQx + uᵀRu.
 
+    Of a sampled plant the sum over its samples.
+
     Parameters
     ----------
     plant : GeneralisedPlant
+        Continuous or sampled; D₁₂ᵀC₁ need not be zero.
     Q : array_like, shape (n, n), optional
         Weight of the plant's states, symmetric and positive semidefinite, as in
-        `control.lqr`; by default that of the objective's limits.
+        `control.lqr`; by default that of z.
     R : array_like, shape (1, 1), optional
-        Weight of the actuator, positive.
+        Weight of the actuator, positive.  With Q or R given there is no cross term.
 
     Returns
     -------
@@ -32,31 +38,41 @@ def lqr(
     Raises
     ------
     DesignError
-        If a mode that is not stable by itself is not penalised or not reached by the torque.
+        If a mode on the edge of stability is not penalised, one that is not stable by itself
+        not reached by the actuator, or the actuator is free.
     InputError
         If a weight is of the wrong shape, not symmetric or not positive (semi)definite.
     """
-    check_plant(plant, "design")
+    check_plant(plant, "design", sampled=True)
     n = len(plant.A)
-    weighted = plant.C1 if Q is None else _factor(Q, n, "Q")
-    price = plant.D12.T @ plant.D12 if R is None else _definite(R, 1, "R")
-    _check_regulator(plant, weighted, "limits" if Q is None else "Q")
-    return solve_riccati(plant.A, plant.B2, weighted.T @ weighted, price)
+    C, D = plant.C1, plant.D12
+    if Q is not None or R is not None:
+        states = C if Q is None else _factor(Q, n, "Q")
+        control = D if R is None else np.linalg.cholesky(_definite(R, 1, "R")).T
+        C = np.vstack([states, np.zeros((len(control), n))])
+        D = np.vstack([np.zeros((len(states), 1)), control])
+    _check_regulator(plant, C, D, "limits" if Q is None else "Q")
+    return _solved(plant, plant.A, plant.B2, C, D)
 
 
+@guarded
 def kalman(
     plant: GeneralisedPlant, *, W: Array | None = None, V: Array | None = None
 ) -> RiccatiSolution:
-    """Return the stationary Kalman filter x̂' = A x̂ + B u + K_f (y − C₂ x̂).
+    """Return the stationary Kalman filter x̂' = A x̂ + B₂u + K_f (y − C₂ x̂ − D₂₂u).
+
+    Of a sampled plant the predictor x̂⁺ = A x̂ + …, as `control.dlqe` has it.
 
     Parameters
     ----------
     plant : GeneralisedPlant
+        Continuous or sampled; B₁D₂₁ᵀ need not be zero.
     W : array_like, shape (n, n), optional
         Spectral density of white noise on x', symmetric and positive semidefinite: G·QN·Gᵀ
-        of `control.lqe`; by default that of the objective's torque noise.
+        of `control.lqe`; by default that of w.
     V : array_like, shape (sensors, sensors), optional
-        Spectral density of the sensors' noise, positive definite.
+        Spectral density of the sensors' noise, positive definite.  With W or V given the two
+        are independent.
 
     Returns
     -------
@@ -66,15 +82,31 @@ def kalman(
     Raises
     ------
     DesignError
-        If a mode that is not stable by itself is not seen by the sensors.
+        If a mode that is not stable by itself is not seen by the sensors, one on the edge of
+        stability not excited, or a measurement has no noise.
     InputError
         As `lqr`, for W and V.
     """
-    check_plant(plant, "design")
-    entering = plant.B1 if W is None else _factor(W, len(plant.A), "W").T
-    noise = plant.D21 @ plant.D21.T if V is None else _definite(V, len(plant.sensors), "V")
-    _check_filter(plant)
-    return solve_riccati(plant.A.T, plant.C2.T, entering @ entering.T, noise)
+    check_plant(plant, "design", sampled=True)
+    n, sensors = len(plant.A), len(plant.sensors)
+    C, D = plant.B1.T, plant.D21.T
+    if W is not None or V is not None:
+        states = C if W is None else _factor(W, n, "W")
+        noise = D if V is None else np.linalg.cholesky(_definite(V, sensors, "V")).T
+        C = np.vstack([states, np.zeros((len(noise), n))])
+        D = np.vstack([np.zeros((len(states), sensors)), noise])
+    _check_filter(plant, C, D)
+    return _solved(plant, plant.A.T, plant.C2.T, C, D)
+
+
+def _solved(plant: GeneralisedPlant, A: Array, B: Array, C: Array, D: Array) -> RiccatiSolution:
+    """Return the feedback that minimises |Cx + Du|² on the plant's clock."""
+    if plant.sample_time:
+        found = solve_discrete_riccati(A, B, C.T @ C, D.T @ D, C.T @ D)
+    else:
+        found = Regulator.of(A, B, C, D).solve()
+    check_finite(found.gain)
+    return found
 
 
 def _symmetric(value: object, size: int, name: str) -> Array:
@@ -131,45 +163,101 @@ def _definite(value: object, size: int, name: str) -> Array:
     return matrix
 
 
-def check_assumptions(plant: GeneralisedPlant) -> None:
-    """Raise `DesignError` where `lqr` or `kalman` would."""
-    check_plant(plant, "design")
-    _check_regulator(plant, plant.C1, "limits")
-    _check_filter(plant)
+def check_assumptions(plant: GeneralisedPlant, where: str = "design") -> None:
+    """Refuse a continuous plant that has no H2 optimum, or that `lqr` or `kalman` refuses."""
+    check_plant(plant, where)
+    check_finite_cost(plant)
+    _check_regulator(plant, plant.C1, plant.D12, "limits")
+    _check_filter(plant, plant.B1.T, plant.D21.T)
 
 
-def _check_regulator(plant: GeneralisedPlant, weighted: Array, where: str) -> None:
+def check_finite_cost(plant: GeneralisedPlant) -> None:
+    """Refuse a continuous plant with white noise passing straight to z: D₁₁ not zero."""
+    passed = np.argwhere(plant.D11)
+    if not plant.sample_time and len(passed):
+        z, w = (int(i) for i in passed[0])
+        raise DesignError(
+            f"{plant.system.input_labels[w]} reaches {plant.system.output_labels[z]} without "
+            "delay (D11): white noise gives it an infinite variance",
+            where="D11",
+            remedy="put a lag between them, or leave that output out of z",
+        )
+
+
+def _check_regulator(plant: GeneralisedPlant, C: Array, D: Array, where: str) -> None:
+    if not full_column_rank(D):
+        raise DesignError(
+            f"the {plant.actuator} has no penalty",
+            where=where,
+            remedy=f"add limits.{plant.actuator}" if plant.objective else "give z a row of it",
+        )
+    kept = Regulator.of(plant.A, plant.B2, C, D)
     _refuse(
-        plant.A,
-        unobservable_modes(plant.A, weighted),
+        plant,
+        _hidden(plant, kept.A, kept.C, only_on_the_edge=True),
         "is not penalised",
         where,
-        "add a limit that moves with it, such as limits.tip or limits.theta"
-        if where == "limits"
-        else "give it a weight",
+        "give it a weight"
+        if where == "Q"
+        else "add a limit that moves with it, such as limits.tip or limits.theta"
+        if plant.objective
+        else "give z a row that moves with it",
     )
     _refuse(
-        plant.A,
-        unobservable_modes(plant.A.T, plant.B2.T),
-        "is not reached by the torque",
-        "torque",
+        plant,
+        _hidden(plant, plant.A.T, plant.B2.T),
+        f"is not reached by the {plant.actuator}",
+        plant.actuator,
         "leave it out",
     )
 
 
-def _check_filter(plant: GeneralisedPlant) -> None:
+def _check_filter(plant: GeneralisedPlant, C: Array, D: Array) -> None:
+    if not full_column_rank(D):
+        raise DesignError(
+            "a measurement has no noise of its own",
+            where="noise",
+            remedy="give every sensor a noise density > 0",
+        )
     _refuse(
-        plant.A,
-        unobservable_modes(plant.A, plant.C2),
+        plant,
+        _hidden(plant, plant.A, plant.C2),
         "is not seen by any sensor",
         "noise",
-        "add a sensor of the angle itself, such as noise.theta",
+        "add a sensor of the angle itself, such as noise.theta"
+        if plant.objective
+        else "add a sensor that sees it",
+    )
+    excited = Regulator.of(plant.A.T, plant.C2.T, C, D)
+    _refuse(
+        plant,
+        _hidden(plant, excited.A, excited.C, only_on_the_edge=True),
+        "is not excited by any disturbance",
+        "noise",
+        "damp it, or give it a disturbance of its own",
     )
 
 
-def _refuse(A: Array, modes: ComplexArray, what: str, where: str, remedy: str) -> None:
+def _hidden(
+    plant: GeneralisedPlant, A: Array, C: Array, *, only_on_the_edge: bool = False
+) -> ComplexArray:
+    sampled = plant.sample_time > 0
+    found = unobservable_modes(A, C, sampled=sampled, only_on_the_edge=only_on_the_edge)
+    return continuous_equivalent(found, plant.sample_time) if sampled else found
+
+
+def _refuse(
+    plant: GeneralisedPlant, modes: ComplexArray, what: str, where: str, remedy: str
+) -> None:
     if len(modes):
-        slowest = np.abs(modes).min()
-        rigid = slowest <= 1e-9 * np.abs(np.linalg.eigvals(A)).max()
-        mode = "the rigid-body rotation" if rigid else f"the mode at {slowest / (2 * np.pi):.4g} Hz"
-        raise DesignError(f"{mode} {what}", where=where, remedy=remedy)
+        slowest = complex(modes[np.argmin(np.abs(modes))])
+        raise DesignError(f"{_named(plant, slowest)} {what}", where=where, remedy=remedy)
+
+
+def _named(plant: GeneralisedPlant, pole: complex) -> str:
+    """Return a pole in rad/s in the words of the plant at hand."""
+    if abs(pole) <= 1e-9 * np.abs(np.linalg.eigvals(plant.A)).max() and plant.model is not None:
+        return "the rigid-body rotation"
+    if pole.imag:
+        return f"the mode at {abs(pole) / (2 * np.pi):.4g} Hz"
+    return f"the pole at {pole.real:.4g} rad/s"

@@ -19,14 +19,17 @@ from dataclasses import dataclass, replace
 
 import control
 import numpy as np
+from scipy.linalg import block_diag
 
 from slewctl._types import Array
+from slewctl.design.achieved import closed_cost
+from slewctl.design.breakdown import guarded
 from slewctl.design.innovations import Innovations, innovations
 from slewctl.design.lmi import largest
-from slewctl.design.lqg import observer_feedback
 from slewctl.design.mixed_lmi import Channel, OutputFeedback, OutputProblem, solve_output
+from slewctl.design.observer import for_feedthrough, observer_feedback
 from slewctl.design.regulator_lmi import NOISE_FLOOR, Dynamics, covariance
-from slewctl.design.result import Controller, Guarantee, closed_cost, finished
+from slewctl.design.result import Controller, Guarantee, finished
 from slewctl.errors import DesignError, check_given, check_positive
 from slewctl.peaks import peak_gain
 from slewctl.plant import GeneralisedPlant, check_plant, signal
@@ -52,6 +55,7 @@ class _Channel:
     unit: str
 
 
+@guarded
 def h2_hinf(
     plant: GeneralisedPlant, *, hinf_max: float | None = None, weight_hz: float | None = None
 ) -> Controller:
@@ -264,17 +268,20 @@ def _channel(plant: GeneralisedPlant, corner: float) -> _Channel:
 
 def spillover_gain(plant: GeneralisedPlant, system: control.StateSpace, channel: _Channel) -> float:
     """Return ‖W K S‖∞ of a controller around its plant; infinite if the loop is unstable."""
-    Ak, Bk, Ck, Dk = (np.asarray(m) for m in (system.A, system.B, system.C, system.D))
-    n, k = len(plant.A), len(Ak)
-    A = np.zeros((n + k + 1, n + k + 1))
-    A[:n, :n], A[:n, n : n + k] = plant.A + plant.B2 @ Dk @ plant.C2, plant.B2 @ Ck
-    A[n : n + k, :n], A[n : n + k, n : n + k] = Bk @ plant.C2, Ak
-    C = np.hstack([Dk @ plant.C2, Ck, -np.ones((1, 1))])
-    A[-1] = channel.corner * C[0]  # x_w' = ω_c (u − x_w), W u = u − x_w
-    B = np.vstack([plant.B2 @ Dk, Bk, channel.corner * Dk]) * channel.weights
-    if np.linalg.eigvals(A).real.max() >= 0:
+    n, sensors = len(plant.A), len(plant.sensors)
+    # Inputs: each sensor's error, then u; outputs: W u = u − x_w with x_w' = ω_c (u − x_w), y.
+    spilling = control.StateSpace(
+        block_diag(plant.A, np.array([[-channel.corner]])),
+        np.block([[np.zeros((n, sensors)), plant.B2], [np.zeros((1, sensors)), channel.corner]]),
+        np.block([[np.zeros((1, n)), -1.0], [plant.C2, np.zeros((sensors, 1))]]),
+        np.block([[np.zeros((1, sensors)), 1.0], [np.diag(channel.weights), plant.D22]]),
+        inputs=[*(f"error_{name}" for name in plant.sensors), plant.actuator],
+        outputs=["spilled", *plant.sensors],
+    )
+    closed = GeneralisedPlant(spilling, plant.sensors).close(system)
+    if np.linalg.eigvals(np.asarray(closed.A)).real.max() >= 0:
         return math.inf
-    return peak_gain(control.StateSpace(A, B, C, Dk * channel.weights)).value
+    return peak_gain(closed).value
 
 
 def _problem(both: Innovations, channel: _Channel, gamma: float) -> OutputProblem:
@@ -316,7 +323,7 @@ def _system(both: Innovations, found: OutputFeedback) -> control.StateSpace:
         outputs=[plant.actuator],
         name="h2_hinf",
     )
-    return both.scaled.controller(system)
+    return for_feedthrough(plant, both.scaled.controller(system))
 
 
 def _impossible(

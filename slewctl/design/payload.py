@@ -17,20 +17,19 @@ observer is verified afterwards, on assembled models of the changed arms.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import control
 import numpy as np
 from scipy.linalg import block_diag
 
 from slewctl._types import Array
-from slewctl.arm import vary
+from slewctl.design.achieved import closed_cost
+from slewctl.design.breakdown import guarded
 from slewctl.design.innovations import Innovations, innovations
 from slewctl.design.lmi import largest
-from slewctl.design.lqg import observer_feedback
-from slewctl.design.lqr import kalman
+from slewctl.design.observer import observer_feedback
+from slewctl.design.payload_loop import Worst, best_observer, changed_plant
 from slewctl.design.regions import Region
 from slewctl.design.regulator_lmi import Dynamics, Feedback, Regulator, solve_regulator
 from slewctl.design.result import Check, Controller, Guarantee, finished
@@ -42,18 +41,14 @@ from slewctl.errors import (
     check_number,
     shown,
 )
-from slewctl.linalg import h2_cost, stability_threshold
-from slewctl.model import Model, assemble
-from slewctl.plant import TORQUE, GeneralisedPlant, check_plant, generalised_plant
+from slewctl.linalg import h2_cost
+from slewctl.model import Model
+from slewctl.plant import GeneralisedPlant, check_plant, generalised_plant
 from slewctl.plant.statespace import drive
 
 _COARSE = 1e-5
 # Masses at which the loop with the observer is verified, and stiffness factors if they vary.
 _MASSES, _FACTORS = 51, 5
-# Torque noise that the observer believes in, over the objective's: the more, the more the loop
-# has the robustness of the state feedback (Doyle and Stein, IEEE Trans. Automatic Control 24,
-# 1979).
-_RECOVERIES = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
 
 
 @dataclass(frozen=True)
@@ -128,6 +123,7 @@ def changed_dynamics(
     return A, B
 
 
+@guarded
 def payload_lmi(
     plant: GeneralisedPlant,
     *,
@@ -182,22 +178,32 @@ def payload_lmi(
     if feedback.K is None or not task.holds(feedback.K, wanted):
         raise task.impossible(wanted, feedback.status)
     K = both.state_feedback(feedback.K)
-    changed = [_changed_plant(nominal, *at) for at in wanted.samples]
-    Kf, recovery, worst = _observer(nominal, K, changed)
+    changed = {at: changed_plant(nominal, *at) for at in wanted.samples}
+    Kf, recovery, worst = best_observer(nominal, K, changed)
+    system = observer_feedback(nominal, K, Kf, "payload_lmi")
     return finished(
-        nominal,
-        observer_feedback(nominal, K, Kf, "payload_lmi"),
+        plant,
+        system,
         "payload-lmi",
         {"state_feedback": K, "observer": Kf},
         checks=(
             *feedback.checks,
-            Check(
-                f"real part of a pole over {len(changed)} changed arms", max(worst.real, 0.0), 0.0
-            ),
+            worst.check(len(changed)),
+            _same_plant(closed_cost(nominal, system).value, closed_cost(plant, system).value),
         ),
         guarantees=task.promises(feedback, wanted),
         assumptions=_words(both, worst, recovery, len(changed)),
         seconds=feedback.seconds,
+    )
+
+
+def _same_plant(of_its_arm: float, as_given: float) -> Check:
+    """Return the check that a plant is that of its arm, on which the range was designed."""
+    return Check(
+        "cost on the plant as given against its arm's",
+        0.0 if as_given == of_its_arm else abs(as_given / of_its_arm - 1),
+        1e-6,
+        "make the plant with slewctl.generalised_plant(model, objective) and leave it so",
     )
 
 
@@ -329,61 +335,7 @@ def _searched(possible: Callable[[float], bool], least: float, most: float) -> f
     return largest(possible, least, most) if possible(least) else None
 
 
-def _changed_plant(nominal: GeneralisedPlant, mass: float, factor: float) -> GeneralisedPlant:
-    """Return the generalised plant of the changed arm, assembled in the same functions."""
-    model, objective = nominal.model, nominal.objective
-    if model is None or objective is None:  # the caller has refused it
-        raise InputError("the plant does not know its arm", where="payload_lmi")
-    arm = vary(model.arm, payload_mass=mass, stiffness_factor=factor)
-    return generalised_plant(assemble(arm, model.basis), objective)
-
-
-@dataclass(frozen=True)
-class _Worst:
-    """The worst over the changed arms: real part of a pole relative to rounding, and cost."""
-
-    real: float
-    cost: float
-
-
-def _observer(
-    nominal: GeneralisedPlant, K: Array, changed: Sequence[GeneralisedPlant]
-) -> tuple[Array, float, _Worst]:
-    """Return the observer gain with the least worst cost, its recovery factor, and the worst."""
-    best: tuple[Array, float, _Worst] | None = None
-    objective, model = nominal.objective, nominal.model
-    if objective is None or model is None:  # the caller has refused it
-        raise InputError("the plant does not know its arm", where="payload_lmi")
-    for recovery in _RECOVERIES:
-        noise = {**objective.noise, TORQUE: recovery * objective.noise[TORQUE]}
-        noisier = generalised_plant(model, replace(objective, noise=noise))
-        Kf = kalman(noisier).gain.T
-        worst = _over(observer_feedback(nominal, K, Kf, "payload_lmi"), changed)
-        if best is None or (worst.cost, worst.real) < (best[2].cost, best[2].real):
-            best = Kf, recovery, worst
-        elif math.isfinite(best[2].cost):
-            break
-    if best is None:
-        raise InputError("no observer was tried", where="payload_lmi")
-    return best
-
-
-def _over(system: control.StateSpace, changed: Sequence[GeneralisedPlant]) -> _Worst:
-    """Return the worst of a controller over plants; the cost is infinite if one is unstable."""
-    real, cost = -math.inf, 0.0
-    for plant in changed:
-        closed = plant.close(system)
-        A, B, C = (np.asarray(getattr(closed, name)) for name in "ABC")
-        rightmost = float(np.linalg.eigvals(A).real.max()) + stability_threshold(A)
-        real = max(real, rightmost)
-        if not rightmost < 0:
-            cost = math.inf
-        elif math.isfinite(cost):
-            cost = max(cost, h2_cost(A, B, C).value)
-    return _Worst(real, cost)
-
-
-def _words(both: Innovations, worst: _Worst, recovery: float, count: int) -> tuple[str, ...]:
+def _words(both: Innovations, worst: Worst, recovery: float, count: int) -> tuple[str, ...]:
     return (
         f"worst J/J* = {worst.cost / both.optimum:.6g} over {count} changed arms, with the "
         "observer; J* is the optimum for the nominal arm",

@@ -9,7 +9,8 @@ from time import perf_counter
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.design.lqg import observer_feedback
+from slewctl.design.breakdown import guarded
+from slewctl.design.observer import observer_feedback
 from slewctl.design.placement_wishes import (
     Wanted,
     check_damped,
@@ -29,7 +30,15 @@ from slewctl.design.pole_assignment import (
     out_of_reach,
     pole_sensitivity,
 )
-from slewctl.design.pole_pairs import OpenLoop, PolePair, mode_name, open_loop
+from slewctl.design.pole_pairs import (
+    LonePole,
+    OpenLoop,
+    PolePair,
+    Roots,
+    flexible_modes,
+    mode_name,
+    open_loop,
+)
 from slewctl.design.result import Check, Controller, finished
 from slewctl.design.scaling import ScaledPlant, scaled
 from slewctl.errors import AccuracyError, DesignError, InputError, check_positive
@@ -38,16 +47,17 @@ from slewctl.plant import GeneralisedPlant
 Pole = complex | Sequence[float]
 
 
+@guarded
 def pole_placement(
     plant: GeneralisedPlant,
     *,
     bandwidth_hz: float | None = None,
-    damping_ratio: float = 0.7,
-    added_damping: float | Sequence[float] | Mapping[str, float] = 0.0,
+    damping_ratio: float | None = None,
+    added_damping: float | Sequence[float] | Mapping[str, float] | None = None,
     leave: Sequence[int] = (),
     poles: Sequence[Pole] | None = None,
-    observer_speed: float = 3.0,
-    observer_damping: float = 0.1,
+    observer_speed: float | None = None,
+    observer_damping: float | None = None,
     observer_poles: Sequence[Pole] | None = None,
 ) -> Controller:
     """Return an observer with state feedback whose poles are placed as wished.
@@ -64,24 +74,24 @@ def pole_placement(
     bandwidth_hz : float
         Undamped frequency of the rigid body's pair of poles; it has no default.
     damping_ratio : float
-        Of the same pair.
+        Of the same pair; by default 0.7.
     added_damping : float, list or table
         Damping ratio added to every flexible mode at its own frequency, or to each as listed,
-        or to those named in a table such as ``{"1": 0.05}``.
+        or to those named in a table such as ``{"1": 0.05}``; by default none.
     leave : list of int
         Flexible modes that keep their poles in the state feedback and in the observer,
         numbered from 1; they need not be reached or seen.
     poles : list, optional
-        Instead of the wishes: two poles in rad/s for each mode that is not left alone,
-        complex ones as ``[re, im]`` together with their conjugates.
+        Instead of the wishes: two poles in rad/s for each mode that is not left alone, and
+        one for a lag of the plant; complex ones as ``[re, im]`` together with their conjugates.
     observer_speed : float
-        How many times as fast as the poles of the state feedback those of the observer decay;
-        see `slewctl.design.placement_wishes.faster`.
+        How many times as fast as the poles of the state feedback those of the observer decay,
+        by default 3; see `slewctl.design.placement_wishes.faster`.
     observer_damping : float
         Damping ratio of the observer for modes that the state feedback does not move, where
-        they have less by themselves; 0 keeps their poles in the observer too.
+        they have less by themselves, by default 0.1; 0 keeps their poles in the observer too.
     observer_poles : list, optional
-        Explicit poles of the observer, as `poles`.
+        Instead of speed and damping: explicit poles of the observer, as `poles`.
 
     Returns
     -------
@@ -101,9 +111,8 @@ def pole_placement(
     start = perf_counter()
     energy = scaled(plant)
     loop = open_loop(energy.A)
-    own = [pair.times(energy.rate) for pair in loop.pairs]
-    alone = left_alone(leave, len(own) - 1)
-    speed = check_positive(observer_speed, "observer_speed")
+    own = _own(energy, loop)
+    alone = left_alone(leave, flexible_modes(own))
     if poles is None:
         if bandwidth_hz is None:
             raise InputError(
@@ -111,14 +120,26 @@ def pole_placement(
                 where="bandwidth_hz",
                 remedy="give the frequency of the rigid body's poles in Hz, or give poles",
             )
-        wanted = wished(own, bandwidth_hz, damping_ratio, added_damping, alone)
+        ratio = 0.7 if damping_ratio is None else damping_ratio
+        added = 0.0 if added_damping is None else added_damping
+        wanted = wished(own, bandwidth_hz, ratio, added, alone)
     else:
-        _refuse_both(bandwidth_hz, added_damping)
+        _refuse_beside(
+            "poles",
+            bandwidth_hz=bandwidth_hz,
+            damping_ratio=damping_ratio,
+            added_damping=added_damping,
+        )
         wanted = _explicitly(own, poles, "poles", alone)
     check_damped(own, wanted)
     if observer_poles is None:
-        seen = followed(own, wanted, alone, speed, observer_damping)
+        speed = check_positive(3.0 if observer_speed is None else observer_speed, "observer_speed")
+        least = 0.1 if observer_damping is None else observer_damping
+        seen = followed(own, wanted, alone, speed, least)
     else:
+        _refuse_beside(
+            "observer_poles", observer_speed=observer_speed, observer_damping=observer_damping
+        )
         seen = _explicitly(own, observer_poles, "observer_poles", alone)
         check_damped(own, seen)
     control, observer = _state_feedback(plant, energy, loop, wanted), _observer(energy, loop, seen)
@@ -138,6 +159,7 @@ def pole_placement(
     )
 
 
+@guarded
 def place(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
     """Return the state feedback gain K that gives A − B₂K the wanted poles.
 
@@ -168,6 +190,7 @@ def place(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
     return _state_feedback(plant, energy, loop, wanted).verified.gain
 
 
+@guarded
 def place_observer(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
     """Return the observer gain K_f that gives A − K_f C₂ the wanted poles.
 
@@ -268,23 +291,24 @@ def _cannot_move(
     return DesignError(f"{name} is {what} and cannot be moved", where=where, remedy=remedy)
 
 
-def _explicitly(
-    own: Sequence[PolePair], given: object, where: str, alone: frozenset[int]
-) -> Wanted:
+def _explicitly(own: Sequence[Roots], given: object, where: str, alone: frozenset[int]) -> Wanted:
     poles = explicit(given, where)
     check_stable(poles, where)
     return matched(own, poles, where, alone)
 
 
-def _refuse_both(bandwidth_hz: object, added_damping: object) -> None:
-    for name, value in (("bandwidth_hz", bandwidth_hz), ("added_damping", added_damping)):
-        if value is not None and value != 0.0:
+def _refuse_beside(poles: str, **wishes: object) -> None:
+    """Refuse wishes that explicit poles would leave without a meaning."""
+    for name, value in wishes.items():
+        if value is not None:
             raise InputError(
-                "given beside poles", where=name, remedy="give either the wishes or the poles"
+                f"given beside {poles}",
+                where=name,
+                remedy=f"give either {name} or {poles}",
             )
 
 
-def _own(energy: ScaledPlant, loop: OpenLoop) -> list[PolePair]:
+def _own(energy: ScaledPlant, loop: OpenLoop) -> list[Roots]:
     return [pair.times(energy.rate) for pair in loop.pairs]
 
 
@@ -292,13 +316,16 @@ def _scaled_down(wanted: Wanted, rate: float) -> Wanted:
     return {number: pair.times(1 / rate) for number, pair in wanted.items()}
 
 
-def _poles_said(what: str, own: Sequence[PolePair], wanted: Wanted) -> str:
+def _poles_said(what: str, own: Sequence[Roots], wanted: Wanted) -> str:
     """Return what happens to each mode, in words."""
     moved = [
         f"{mode_name(n, own[n]).partition(' (')[0]} to {pair.frequency / (2 * np.pi):.4g} Hz with "
         f"damping ratio {pair.ratio:.3g}"
         for n, pair in sorted(wanted.items())
     ]
-    kept = [str(n) for n in range(len(own)) if n not in wanted]
-    alone = f"; not moved: mode {', '.join(kept)}" if kept else ""
-    return f"poles of the {what}: " + "; ".join(moved) + alone
+    kept = [n for n in range(len(own)) if n not in wanted]
+    modes = ", ".join(str(n) for n in kept if isinstance(own[n], PolePair))
+    alone = [f"mode {modes}"] if modes else []
+    alone += ["the real pole" for n in kept if isinstance(own[n], LonePole)]
+    unmoved = f"; not moved: {' and '.join(alone)}" if alone else ""
+    return f"poles of the {what}: " + "; ".join(moved) + unmoved

@@ -12,7 +12,7 @@ from numbers import Complex, Real
 import numpy as np
 
 from slewctl._types import ComplexArray
-from slewctl.design.pole_pairs import PolePair, mode_name, paired
+from slewctl.design.pole_pairs import LonePole, PolePair, Roots, flexible_modes, mode_name, paired
 from slewctl.errors import (
     DesignError,
     InputError,
@@ -28,11 +28,11 @@ _OBSERVER_RATIO = 0.7
 # A pole and the conjugate of another that differ by less, relative, belong together.
 _CONJUGATE = 1e-9
 
-Wanted = dict[int, PolePair]
+Wanted = dict[int, Roots]
 
 
 def wished(
-    pairs: Sequence[PolePair],
+    pairs: Sequence[Roots],
     bandwidth_hz: object,
     damping_ratio: object,
     added_damping: object,
@@ -42,16 +42,16 @@ def wished(
 
     Parameters
     ----------
-    pairs : sequence of PolePair
-        The plant's own, in rad/s, the rigid body first.
+    pairs : sequence of PolePair or LonePole
+        The plant's own, in rad/s, the rigid body first.  A lone pole stays.
     bandwidth_hz, damping_ratio, added_damping : object
         See `slewctl.design.placement.pole_placement`.
     leave : frozenset of int
         Numbers of the modes left alone, from `left_alone`.
     """
     bandwidth = 2 * math.pi * check_positive(bandwidth_hz, "bandwidth_hz")
-    wanted = {0: PolePair.mode(bandwidth, check_positive(damping_ratio, "damping_ratio"))}
-    for number, added in _added(added_damping, len(pairs) - 1, leave).items():
+    wanted: Wanted = {0: PolePair.mode(bandwidth, check_positive(damping_ratio, "damping_ratio"))}
+    for number, added in _added(added_damping, flexible_modes(pairs), leave).items():
         if added == 0:
             continue
         own = pairs[number]
@@ -60,7 +60,9 @@ def wished(
             raise InputError(
                 f"{mode_name(number, own)} would have a damping ratio of {ratio:.3g}",
                 where="added_damping",
-                remedy=f"add less than {max(1 - own.ratio, 0):.3g}",
+                remedy=f"add less than {1 - own.ratio:.3g}"
+                if own.ratio < 1
+                else "name it in leave: it does not oscillate",
             )
         wanted[number] = PolePair.mode(own.frequency, ratio)
     return wanted
@@ -140,7 +142,7 @@ def left_alone(given: object, modes: int) -> frozenset[int]:
     return frozenset(_check_mode(number, modes, "leave") for number in given)
 
 
-def check_damped(pairs: Sequence[PolePair], wanted: Mapping[int, PolePair]) -> None:
+def check_damped(pairs: Sequence[Roots], wanted: Mapping[int, Roots]) -> None:
     """Refuse to leave a mode alone that is not stable by itself."""
     for number, pair in enumerate(pairs):
         if number not in wanted and pair.damping <= 1e-12 * pair.frequency:
@@ -210,7 +212,7 @@ def _without_conjugate(pole: complex, where: str) -> InputError:
 
 
 def matched(
-    pairs: Sequence[PolePair], poles: ComplexArray, where: str, leave: frozenset[int] = frozenset()
+    pairs: Sequence[Roots], poles: ComplexArray, where: str, leave: frozenset[int] = frozenset()
 ) -> Wanted:
     """Return explicit poles as wanted pairs; a mode whose own poles are among them stays.
 
@@ -227,16 +229,34 @@ def matched(
     Raises
     ------
     InputError
-        If there are not two poles for each mode that is not left alone.
+        If there are not two poles for each mode that is not left alone, and one for a lag.
     """
     moved = [number for number in range(len(pairs)) if number not in leave]
-    if len(poles) != 2 * len(moved):
+    needed = sum(len(pairs[number].poles) for number in moved)
+    if len(poles) != needed:
+        modes, lag = divmod(needed, 2)
         raise InputError(
-            f"{len(poles)} poles for {len(moved)} modes, the rigid-body rotation included",
+            f"{len(poles)} poles for {modes} modes, the rigid-body rotation included"
+            f"{', and a real pole' if lag else ''}",
             where=where,
-            remedy=f"give {2 * len(moved)}, two for each, or leave some modes alone",
+            remedy=f"give {needed}, two for each{' and one' if lag else ''}, or leave some modes "
+            "alone",
         )
-    wanted = list(paired(poles))
+    # The pole of a lag may stay wherever it stands among the real ones given.
+    own = [complex(pole) for pole in poles]
+    kept_lag = next(
+        (
+            pole
+            for pole in own
+            for pair in pairs
+            if not pole.imag and pair.same(LonePole(pole.real))
+        ),
+        None,
+    )
+    if kept_lag is not None:
+        own.remove(kept_lag)
+        moved.pop()
+    wanted = list(paired(np.array(own)))
     for number in tuple(moved):
         kept = next((pair for pair in wanted if pair.same(pairs[number])), None)
         if kept is not None:
@@ -245,7 +265,7 @@ def matched(
     return dict(zip(moved, wanted, strict=True))
 
 
-def faster(pair: PolePair, speed: float) -> PolePair:
+def faster(pair: Roots, speed: float) -> Roots:
     """Return a pair that decays `speed` times as fast.
 
     At the same frequency as long as its damping ratio stays below 0.7 (or its own, if that
@@ -254,9 +274,11 @@ def faster(pair: PolePair, speed: float) -> PolePair:
 
     Parameters
     ----------
-    pair : PolePair
+    pair : PolePair or LonePole
     speed : float
     """
+    if isinstance(pair, LonePole):
+        return pair.times(speed)
     ratio = speed * pair.ratio
     highest = max(_OBSERVER_RATIO, pair.ratio)
     if ratio <= highest:
@@ -265,8 +287,8 @@ def faster(pair: PolePair, speed: float) -> PolePair:
 
 
 def followed(
-    own: Sequence[PolePair],
-    wanted: Mapping[int, PolePair],
+    own: Sequence[Roots],
+    wanted: Mapping[int, Roots],
     alone: frozenset[int],
     speed: float,
     damping: object,
@@ -275,8 +297,8 @@ def followed(
 
     Parameters
     ----------
-    own : sequence of PolePair
-    wanted : mapping of int to PolePair
+    own : sequence of PolePair or LonePole
+    wanted : mapping of int to PolePair or LonePole
     alone : frozenset of int
         Modes that the observer leaves alone too.
     speed : float

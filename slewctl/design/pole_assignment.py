@@ -7,6 +7,7 @@ their poles stay to rounding.  For what remains:
   ∏ q_j / ∏_{j≠m} p_j modulo p_m, where p are the modes' own quadratics and q the wanted ones.
   This is Ackermann's formula applied to each mode by itself, in 2 × 2 matrices: every factor
   is a difference that the data give to full accuracy, and wanted poles may be repeated.
+  The pole of a lag is a mode of one state, in 1 × 1 matrices.
 * One input, modes coupled by friction: the poles are moved one by one along the diagonal of
   a Schur form (A. Varga, IEEE Trans. Automatic Control 26, 1981, pp. 517–519).
 * Several inputs leave a choice: the gain of best conditioned eigenvectors, either that of
@@ -26,7 +27,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.signal import place_poles
 
 from slewctl._types import Array, ComplexArray
-from slewctl.design.pole_pairs import OpenLoop, PolePair
+from slewctl.design.pole_pairs import LonePole, OpenLoop, PolePair, Roots
 from slewctl.errors import AccuracyError
 
 # Poles that an input moves by less than this fraction of its reach are out of it.
@@ -126,7 +127,7 @@ def out_of_reach(loop: OpenLoop, B: Array, modes: Sequence[int]) -> int | None:
     return None
 
 
-def assign(loop: OpenLoop, B: Array, wanted: Mapping[int, PolePair]) -> Array:
+def assign(loop: OpenLoop, B: Array, wanted: Mapping[int, Roots]) -> Array:
     """Return F for which A − B F has the wanted poles, and its others where they were.
 
     Parameters
@@ -135,7 +136,7 @@ def assign(loop: OpenLoop, B: Array, wanted: Mapping[int, PolePair]) -> Array:
         The matrix A, shape (n, n), and its modes.
     B : ndarray, shape (n, m)
         Columns in comparable units.
-    wanted : mapping of int to PolePair
+    wanted : mapping of int to PolePair or LonePole
         The modes to move, each reached by an input; which pair goes with which mode is of no
         consequence.
 
@@ -174,7 +175,7 @@ def _part(loop: OpenLoop, B: Array, modes: Sequence[int]) -> tuple[Array, Array,
         return loop.A[np.ix_(index, index)], B[index], np.eye(n)[:, index]
     if len(modes) == len(loop.pairs):
         return loop.A, B, np.eye(n)
-    chosen = np.array([mode in modes for mode in range(len(loop.pairs)) for _ in range(2)])
+    chosen = np.array([mode in modes for mode, pair in enumerate(loop.pairs) for _ in pair.poles])
     roots = np.array([pole for pair in loop.pairs for pole in pair.poles])
 
     def first(re: complex, im: float = 0.0) -> bool:
@@ -184,7 +185,7 @@ def _part(loop: OpenLoop, B: Array, modes: Sequence[int]) -> tuple[Array, Array,
         T, W, count = schur(loop.A.T, output="real", sort=first)
     except LinAlgError as error:
         raise _inseparable() from error
-    if count != 2 * len(modes):
+    if count != chosen.sum():
         raise _inseparable()
     W = W[:, :count]
     return T[:count, :count].T, W.T @ B, W
@@ -198,26 +199,32 @@ def _inseparable() -> AccuracyError:
     )
 
 
-def _gain_by_modes(
-    A: Array, b: Array, own: Sequence[PolePair], wanted: Sequence[PolePair]
-) -> Array:
-    """Return the gain of uncoupled modes, two states each, from remainders modulo each mode."""
-    gain, eye = np.zeros(len(A)), np.eye(2)
+def _gain_by_modes(A: Array, b: Array, own: Sequence[Roots], wanted: Sequence[Roots]) -> Array:
+    """Return the gain of uncoupled modes, a block each, from remainders modulo each mode."""
+    gain, start = np.zeros(len(A)), 0
     for m, mine in enumerate(own):
-        here = slice(2 * m, 2 * m + 2)
+        here = slice(start, start + len(mine.poles))
         block, force = A[here, here], b[here]
-
-        def factor(pair: PolePair, mine: PolePair = mine, block: Array = block) -> Array:
-            # pair(block), since mine(block) = 0.
-            return (pair.damping - mine.damping) * block + (pair.stiffness - mine.stiffness) * eye
-
-        remainder = factor(wanted[m])
+        remainder = _remainder(wanted[m], mine, block)
         for j, other in enumerate(own):
             if j != m:
-                remainder = remainder @ factor(wanted[j]) @ np.linalg.inv(factor(other))
-        reach = np.column_stack([force, block @ force])
-        gain[here] = np.linalg.solve(reach.T, [0.0, 1.0]) @ remainder
+                below = _remainder(other, mine, block)
+                remainder = remainder @ _remainder(wanted[j], mine, block) @ np.linalg.inv(below)
+        reach = np.column_stack([force, block @ force])[:, : len(block)]
+        gain[here] = np.linalg.solve(reach.T, np.eye(len(block))[-1]) @ remainder
+        start = here.stop
     return gain
+
+
+def _remainder(roots: Roots, mine: Roots, block: Array) -> Array:
+    """Return the polynomial with these roots of the block of the mode `mine`."""
+    eye = np.eye(len(block))
+    if isinstance(roots, LonePole):
+        return np.asarray(block - roots.pole * eye)
+    if isinstance(mine, PolePair):  # less the block's own polynomial, which is zero there
+        damping, stiffness = roots.damping - mine.damping, roots.stiffness - mine.stiffness
+        return np.asarray(damping * block + stiffness * eye)
+    return np.asarray(block @ block + roots.damping * block + roots.stiffness * eye)
 
 
 def gain_by_deflation(A: Array, b: Array, wanted: ComplexArray) -> Array:

@@ -20,6 +20,7 @@ from time import perf_counter
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.breakdown import guarded
 from slewctl.design.collocated import PDWish, check_modes, pd_law
 from slewctl.design.filters import (
     low_pass,
@@ -42,6 +43,7 @@ _PREFERRED = ("root_moment", "moment", "tip_deflection", "deflection", "tip")
 _SILENT = 1e-9
 
 
+@guarded
 def positive_position(
     plant: GeneralisedPlant,
     *,

@@ -67,11 +67,13 @@ def at_rest(plant: GeneralisedPlant) -> tuple[Array, float] | None:
     scale = balance(plant.A)
     n = len(scale)
     whole = np.zeros((n + 1, n + 1))
-    whole[:n, :n] = plant.A / scale[:, None] * scale
+    moved = plant.A - np.eye(n) if plant.sample_time else plant.A
+    whole[:n, :n] = moved / scale[:, None] * scale
     whole[:n, n:] = plant.B2 / scale[:, None]
-    whole[n, :n] = row * scale
+    whole[n, :n], whole[n, n] = row[0] * scale, row[1]
     # Each equation and the input in units of their own: the arm may be measured in microns.
-    whole[:, n] /= np.linalg.norm(whole[:, n]) or 1.0
+    unit = np.linalg.norm(whole[:, n]) or 1.0
+    whole[:, n] /= unit
     size = np.abs(whole).max(axis=1)
     right = np.zeros(n + 1)
     right[n] = 1 / size[n]
@@ -79,16 +81,17 @@ def at_rest(plant: GeneralisedPlant) -> tuple[Array, float] | None:
         found = np.linalg.solve(whole / size[:, None], right)
     except np.linalg.LinAlgError:
         return None
-    unit = np.linalg.norm(plant.B2 / scale[:, None]) or 1.0
     return (found[:n] * scale)[:, None], float(found[n] / unit)
 
 
-def _angle_row(plant: GeneralisedPlant) -> Array | None:
-    """Return a row that reads the angle off a state at rest."""
+def _angle_row(plant: GeneralisedPlant) -> tuple[Array, float] | None:
+    """Return what reads the angle off a state at rest, and off the input."""
     if "theta" in plant.sensors:
-        return plant.C2[plant.sensors.index("theta")]
-    if plant.model is None:
+        best, reading = plant.sensors.index("theta"), 1.0
+    elif plant.model is not None:
+        readings = rigid_readings(plant.model, plant.sensors)
+        best = int(np.argmax(np.abs(readings)))
+        reading = float(readings[best])
+    else:
         return None
-    readings = rigid_readings(plant.model, plant.sensors)
-    best = int(np.argmax(np.abs(readings)))
-    return plant.C2[best] / readings[best] if readings[best] else None
+    return (plant.C2[best] / reading, float(plant.D22[best, 0]) / reading) if reading else None

@@ -22,11 +22,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.design.achieved import closed_cost
+from slewctl.design.breakdown import guarded
 from slewctl.design.innovations import Half, Innovations, innovations
 from slewctl.design.lmi import Block, largest
-from slewctl.design.lqg import observer_feedback
+from slewctl.design.observer import observer_feedback
 from slewctl.design.regulator_lmi import Disturbance, Feedback, Regulator, Unknowns, solve_regulator
-from slewctl.design.result import Check, Controller, Guarantee, closed_cost, finished
+from slewctl.design.result import Check, Controller, Guarantee, finished
 from slewctl.errors import (
     DesignError,
     check_damping_ratio,
@@ -110,6 +112,7 @@ class Region:
         return blocks
 
 
+@guarded
 def h2_region(
     plant: GeneralisedPlant,
     *,

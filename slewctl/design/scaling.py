@@ -21,6 +21,7 @@ from scipy.linalg import solve_triangular
 from slewctl._types import Array
 from slewctl.design.modes import Modes, modes_of
 from slewctl.errors import AccuracyError, DesignError
+from slewctl.linalg import full_column_rank
 from slewctl.plant import GeneralisedPlant, check_plant
 
 # The modes must give the state matrix back to this, relative to its balanced norm.
@@ -162,9 +163,9 @@ def scaled(plant: GeneralisedPlant) -> ScaledPlant:
         If the plant's modes cannot be told apart to working precision.
     """
     check_plant(plant, "scaled")
-    control_root = _unit(plant.D12.T @ plant.D12, f"the {plant.actuator} has no penalty", "limits",
+    control_root = _unit(plant.D12, f"the {plant.actuator} has no penalty", "limits",
                          f"add limits.{plant.actuator}")  # fmt: skip
-    sensor_unit = _unit(plant.D21 @ plant.D21.T, "a measurement has no noise of its own", "noise",
+    sensor_unit = _unit(plant.D21.T, "a measurement has no noise of its own", "noise",
                         "give every sensor a noise density > 0")  # fmt: skip
     B2 = plant.B2 @ np.linalg.inv(control_root).T
     C2 = np.linalg.solve(sensor_unit, plant.C2)
@@ -180,12 +181,12 @@ def scaled(plant: GeneralisedPlant) -> ScaledPlant:
     return _assembled(plant, modes, control_root, sensor_unit)
 
 
-def _unit(square: Array, what: str, where: str, remedy: str) -> Array:
-    """Return the lower triangular G with G Gᵀ = square; refuse a singular one."""
-    values = np.linalg.eigvalsh(square)
-    if not values[0] > 1e-14 * max(values[-1], np.finfo(float).tiny):
+def _unit(D: Array, what: str, where: str, remedy: str) -> Array:
+    """Return the lower triangular G with G Gᵀ = DᵀD; refuse a singular one."""
+    if not full_column_rank(D):
         raise DesignError(what, where=where, remedy=remedy)
-    return np.asarray(np.linalg.cholesky(square), dtype=float)
+    root = np.asarray(np.linalg.qr(D, mode="r"), dtype=float)
+    return (root * np.where(np.diag(root) < 0, -1.0, 1.0)[:, None]).T
 
 
 def _assembled(

@@ -18,11 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.achieved import closed_cost
+from slewctl.design.breakdown import guarded
 from slewctl.design.innovations import Innovations, innovations
 from slewctl.design.lmi import Block
-from slewctl.design.lqg import observer_feedback
+from slewctl.design.observer import observer_feedback
 from slewctl.design.regulator_lmi import Feedback, Regulator, Unknowns, solve_regulator
-from slewctl.design.result import Controller, Guarantee, closed_cost, finished
+from slewctl.design.result import Controller, Guarantee, finished
 from slewctl.errors import DesignError, InputError, check_choice, check_given, check_positive, shown
 from slewctl.linalg import h2_cost
 from slewctl.plant import ACTUATORS, GeneralisedPlant, check_plant, signal
@@ -33,6 +35,7 @@ _NOISE_FLOOR = 1e-11
 _GAP = 1e-6
 
 
+@guarded
 def variance_bound(
     plant: GeneralisedPlant, *, std_max: Mapping[str, float] | None = None, minimise: str = COST
 ) -> Controller:
@@ -131,9 +134,18 @@ def _signals(plant: GeneralisedPlant) -> dict[str, Array]:
             where="variance_bound",
             remedy="make the plant with slewctl.generalised_plant(model, objective)",
         )
+    if np.any(plant.D22):
+        raise InputError(
+            f"a sensor reads the {plant.actuator} without delay (D22)",
+            where="variance_bound",
+            remedy="use lqg or h2-lmi, which take that into account",
+        )
     rows = {plant.actuator: np.zeros((1, 0))}
-    for i, name in enumerate(objective.performance):
-        rows[name] = plant.C1[i : i + 1] * objective.limits[name]
+    outputs = list(plant.system.output_labels)
+    for name in objective.performance:
+        check_choice(f"z_{name}", outputs, "variance_bound")
+        row = np.asarray(plant.system.C)[[outputs.index(f"z_{name}")]]
+        rows[name] = row * objective.limits[name]
     for i, name in enumerate(plant.sensors):
         rows.setdefault(name, plant.C2[i : i + 1])
     return rows

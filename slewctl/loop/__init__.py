@@ -26,7 +26,8 @@ from slewctl.loop.opened import input_loop, input_output_loop, output_loop
 from slewctl.loop.perturbation import Perturbation
 from slewctl.loop.public import hybrid_delay_margin
 from slewctl.loop.sampled import SampledLoop
-from slewctl.loop.slew import Slew, SlewResponse, SlewSummary, simulate_slew
+from slewctl.loop.slew import SlewResponse, SlewSummary, simulate_slew
+from slewctl.loop.slew_inputs import Slew
 from slewctl.loop.smallgain import ResidualMode, SmallGain, Spillover, residual_modes, small_gain
 from slewctl.loop.swing import Swing, simulate_swing
 from slewctl.peaks import Peak, peak_gain

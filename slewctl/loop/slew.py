@@ -4,88 +4,41 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import control
 import numpy as np
-from scipy.linalg import expm
+from scipy.linalg import LinAlgError
 
 from slewctl._show import Axes, DataFrame, axes_or_new, to_frame
-from slewctl._types import Array, BoolArray
-from slewctl.errors import InputError, check_count, check_number, check_positive
+from slewctl._types import Array
+from slewctl.errors import AccuracyError, check_count
 from slewctl.loop.closed import Loop
+from slewctl.loop.continuous_motion import ContinuousMotion
+from slewctl.loop.extremes import Search, SlewMotion, Sought
 from slewctl.loop.sampled import SampledLoop
-from slewctl.loop.sampled_motion import sampled_motion
-from slewctl.plant import state_space
-from slewctl.plant.signals import TORQUE, signal
+from slewctl.loop.sampled_motion import SampledMotion
+from slewctl.loop.slew_inputs import DEFLECTION, HUB_TORQUE, THETA, TIP, VOLTAGE, Slew
+from slewctl.plant.signals import TORQUE
 
-# The summary looks between the points of the curves.
-_OVERSAMPLING = 4
-# Relative: an instant this little after the end is the end.
+# The tip has settled within this part of its travel.
+_BAND = 0.02
+# Parts of the travel that are rounding, and none of the tip's error.
 _ROUNDING = 1e-12
-_WATCHED = ("theta", "theta_dot", "tip", "tip_deflection")
-
-
-@dataclass(frozen=True)
-class Slew:
-    """A rest-to-rest turn along a quintic polynomial (minimum jerk).
-
-    Parameters
-    ----------
-    angle_deg : float
-        Angle turned, not zero.
-    duration_s : float
-        Time that the reference takes.
-    horizon_s : float, optional
-        Time simulated, longer than the duration; by default three times as long.
-
-    Raises
-    ------
-    InputError
-        For no turn, or times that are not positive or too short.
-    """
-
-    angle_deg: float
-    duration_s: float
-    horizon_s: float | None = None
-
-    def __post_init__(self) -> None:
-        if check_number(self.angle_deg, "slew.angle_deg") == 0:
-            raise InputError("no turn", where="slew.angle_deg", remedy="give an angle")
-        check_positive(self.duration_s, "slew.duration_s")
-        if self.horizon_s is not None:
-            check_positive(self.horizon_s, "slew.horizon_s")
-            if self.horizon_s <= self.duration_s:
-                raise InputError(
-                    f"{self.horizon_s:g} s ends before the slew of {self.duration_s:g} s",
-                    where="slew.horizon_s",
-                    remedy="make it longer than slew.duration_s",
-                )
-
-    @property
-    def end(self) -> float:
-        """Time simulated, in s."""
-        return 3 * self.duration_s if self.horizon_s is None else self.horizon_s
-
-    def reference(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return angle (rad), rate and acceleration of the reference at times t."""
-        T, angle = self.duration_s, np.radians(self.angle_deg)
-        s = np.clip(t / T, 0.0, 1.0)
-        return (
-            angle * s**3 * (10 - 15 * s + 6 * s**2),
-            angle / T * 30 * s**2 * (1 - s) ** 2,
-            angle / T**2 * 60 * s * (1 - s) * (1 - 2 * s),
-        )
+# Less than this part of a limit beyond it is on it: the band's edge belongs to the band.
+_EDGE = 1e-9
 
 
 @dataclass(frozen=True)
 class SlewSummary:
-    """A slew in a few numbers.
+    """A slew in a few numbers, each of all times from its beginning on.
+
+    They are found between bounds and not read from samples: none is missed, and they do not
+    depend on the time or the number of points drawn.
 
     Attributes
     ----------
     settling_time_s : float
-        When the tip has come within 2 % of its travel for good; infinite if it has not.
+        When the tip comes within 2 % of its travel for good; infinite if it never does.
     residual_m : float
-        Largest tip error after the reference has come to rest; infinite if it never does.
+        Largest tip error after the reference has come to rest.
     peak_torque : float
         Largest |torque| on the hub in N·m.
     peak_voltage : float or None
@@ -93,6 +46,8 @@ class SlewSummary:
     saturates : bool
         Whether a peak exceeds the motor's torque or voltage limit: the slew as simulated,
         which knows no limits, is then not what the arm would do.
+    overshoot : float
+        How far the tip goes beyond its travel at most, as a fraction of it; 0 if it does not.
     """
 
     settling_time_s: float
@@ -170,8 +125,8 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     slew : Slew
     points : int
         Number of times of the curves, at least 3; the response is exact at each of them.
-        The summary is read from four times as many.  Of a sampled loop they are about so
-        many of the samples and times between them.
+        Of a sampled loop they are about so many of the samples and times between them.
+        The summary is of all times, however few are drawn.
 
     Raises
     ------
@@ -179,158 +134,57 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
         If the loop is unstable.
     InputError
         For less than three points.
+    AccuracyError
+        If the extremes are not found with a reasonable amount of work, or the numbers leave
+        the range, or the digits, of floating point.
     """
     loop.require_stable("a slew response")
     check_count(points, "points", 3)
-    steps = _OVERSAMPLING * (points - 1)
-    t, outputs = (
-        _sampled(loop, slew, steps)
-        if isinstance(loop, SampledLoop)
-        else _propagated(loop, slew, steps)
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            return _response(loop, slew, points)
+    except (ArithmeticError, LinAlgError) as error:
+        raise AccuracyError(
+            f"the response to a slew of {slew.angle_deg:g} degrees in {slew.duration_s:g} s "
+            "leaves the range of the numbers",
+            where="slew",
+            remedy="give the duration in seconds, and every part of the arm in SI units",
+        ) from error
+
+
+def _response(loop: Loop, slew: Slew, points: int) -> SlewResponse:
+    moved: SlewMotion = (
+        SampledMotion(loop, slew) if isinstance(loop, SampledLoop) else ContinuousMotion(loop, slew)
     )
-    theta, theta_dot, tip, deflection, actuator = outputs
-    torque, voltage = _torque_and_voltage(loop, actuator, theta_dot)
+    t, found = moved.curves(slew.end, points)
+    commanded = HUB_TORQUE if loop.objective.actuator == TORQUE else VOLTAGE
     reach = loop.model.arm.hub.radius + loop.model.arm.beam.length
-    travel = reach * np.radians(slew.angle_deg)
-    settled = _settling(t, tip - travel, abs(travel), t >= slew.duration_s)
-    summary = _summary(loop, settled, torque, voltage)
-    kept = slice(None, None, max(_OVERSAMPLING * (len(t) - 1) // steps, 1))
-    wanted = reach * slew.reference(t)[0]
     return SlewResponse(
-        t[kept],
-        theta[kept],
-        tip[kept],
-        deflection[kept],
-        torque[kept],
-        actuator[kept],
-        wanted[kept],
-        summary,
+        t,
+        found[THETA],
+        found[TIP],
+        found[DEFLECTION],
+        found[HUB_TORQUE],
+        found[commanded],
+        reach * slew.reference(t)[0],
+        _summary(loop, slew, moved, reach * float(np.radians(slew.angle_deg))),
     )
 
 
-def _propagated(loop: Loop, slew: Slew, steps: int) -> tuple[Array, Array]:
-    """Return times and outputs of the tracking loop, exact at the times.
-
-    The reference is a polynomial in time: with its five derivatives as further states the
-    loop runs by itself, and its matrix exponential is exact however coarse the times are.
-    """
-    system = _tracking_system(loop)
-    T, angle = slew.duration_s, np.radians(slew.angle_deg)
-    # Derivative k of the reference is angle/T^k times state k.
-    motion = [angle, angle / T, angle / T**2]
-    drive = np.zeros((system.ninputs, 6))
-    for k, size in enumerate(motion):
-        unit = [size * float(j == k) for j in range(3)]
-        drive[:, k] = [*_rigid_readings(loop, *unit), _feedforward(loop, *unit[1:])]
-    A, B, C, D = (np.asarray(getattr(system, name)) for name in "ABCD")
-    n = len(A)
-    whole = np.block([[A, B @ drive], [np.zeros((6, n)), np.eye(6, k=1) / T]])
-    out = np.hstack([C, D @ drive])
-    moving = max(round(steps * T / slew.end / _OVERSAMPLING), 1) * _OVERSAMPLING
-    state = np.concatenate([np.zeros(n), [0, 0, 0, 60, -360, 720]])
-    states = [state]
-    for count, span in ((moving, T), (max(steps - moving, 1), slew.end - T)):
-        step = expm(whole * (span / count))
-        for _ in range(count):
-            states.append(step @ states[-1])
-        # Come to rest: the derivatives of the reference end where it does.
-        states[-1] = np.concatenate([states[-1][:n], [1.0, 0, 0, 0, 0, 0]])
-    t = np.concatenate(
-        [np.linspace(0, T, moving + 1), np.linspace(T, slew.end, max(steps - moving, 1) + 1)[1:]]
-    )
-    return t, out @ np.array(states).T
-
-
-def _sampled(loop: SampledLoop, slew: Slew, steps: int) -> tuple[Array, Array]:
-    """Return times and outputs of a sampled loop, about so many times and exact at each."""
-    T, delay = loop.sample_time, loop.controller.delay
-    samples = int(slew.end / T * (1 + _ROUNDING)) + 1
-    instants = T * np.arange(samples + 1.0)
-    readings = np.array([_rigid_readings(loop, *unit) for unit in np.eye(3)])
-    motion = np.array(slew.reference(instants[:-1]))
-    # Each input acts from one of these times to the next.
-    angle, rate, _ = slew.reference(delay + instants)
-    means = zip(np.diff(angle) / T, np.diff(rate) / T, strict=True)
-    forward = np.array([_feedforward(loop, *mean) for mean in means])
-    watched = state_space(loop.model, _WATCHED, input=loop.objective.actuator, coordinates="modal")
-    substeps = -(-steps // samples)
-    t, outputs = sampled_motion(loop, watched, motion.T @ readings, forward, substeps)
-    simulated = t <= slew.end * (1 + _ROUNDING)
-    return t[simulated], outputs[:, simulated]
-
-
-def _feedforward(loop: Loop, rate: float, acceleration: float) -> float:
-    """Return the actuator's signal that would turn the rigid arm along the reference."""
-    model = loop.model
-    # The first rows of M and D are those of the rigid rotation.
-    torque = model.mass[0, 0] * acceleration + model.damping[0, 0] * rate
-    motor = model.arm.motor
-    if loop.objective.actuator == TORQUE or motor is None:
-        return float(torque)
-    return float(motor.voltage(torque, rate))
-
-
-def _torque_and_voltage(loop: Loop, actuator: Array, rate: Array) -> tuple[Array, Array | None]:
-    """Return the torque on the hub and the motor's voltage, if the arm has a motor."""
+def _summary(loop: Loop, slew: Slew, moved: SlewMotion, travel: float) -> SlewSummary:
+    search, size = Search(), abs(travel)
     motor = loop.model.arm.motor
-    if motor is None:
-        return actuator, None
-    if loop.objective.actuator == TORQUE:
-        return actuator, motor.voltage(actuator, rate)
-    return motor.torque(actuator, rate), actuator
-
-
-def _settling(t: Array, error: Array, travel: float, resting: BoolArray) -> tuple[float, float]:
-    """Return the settling time and the residual (see `SlewSummary`)."""
-    outside = np.flatnonzero(np.abs(error) > 0.02 * travel)
-    settled = int(outside[-1]) + 1 if len(outside) else 0
-    return (
-        float(t[settled]) if settled < len(t) else np.inf,
-        float(np.abs(error[resting]).max()) if resting.any() else np.inf,
-    )
-
-
-def _summary(
-    loop: Loop, settled: tuple[float, float], torque: Array, voltage: Array | None
-) -> SlewSummary:
-    motor = loop.model.arm.motor
-    peak_torque = float(np.abs(torque).max())
-    if motor is None or voltage is None:
-        return SlewSummary(*settled, peak_torque)
-    peak_voltage = float(np.abs(voltage).max())
-    saturates = motor.saturates(peak_torque, peak_voltage)
-    return SlewSummary(*settled, peak_torque, peak_voltage, saturates)
-
-
-def _rigid_readings(loop: Loop, angle: float, rate: float, acceleration: float) -> list[float]:
-    """Return what each sensor would read if the arm were rigid."""
-    motion = {"displacement": angle, "rate": rate, "acceleration": acceleration}
-    readings = []
-    for name in loop.controller.sensors:
-        sensor = signal(name, beam=loop.model.arm.beam)
-        readings.append(float(sensor.row(loop.model)[0] * motion[sensor.of]))
-    return readings
-
-
-def _tracking_system(loop: Loop) -> control.StateSpace:
-    """Return the loop from [sensor references, feedforward] to [θ, θ̇, tip, v(L), actuator]."""
-    actuator = loop.objective.actuator
-    watched = state_space(loop.model, _WATCHED, input=actuator, coordinates="modal")
-    G, K = loop.plant.control_path, loop.controller.system
-    Ak, Bk, Ck, Dk = (np.asarray(m) for m in (K.A, K.B, K.C, K.D))
-    B, C = np.asarray(G.B), np.asarray(G.C)
-    A = np.block([[G.A + B @ Dk @ C, B @ Ck], [Bk @ C, Ak]])
-    inputs = np.block([[-B @ Dk, B], [-Bk, np.zeros((K.nstates, 1))]])
-    outputs = np.block(
-        [[np.asarray(watched.C), np.zeros((len(_WATCHED), K.nstates))], [Dk @ C, Ck]]
-    )
-    through = np.zeros((len(_WATCHED) + 1, inputs.shape[1]))
-    through[-1] = np.concatenate([-Dk[0], [1.0]])
-    return control.StateSpace(
-        A,
-        inputs,
-        outputs,
-        through,
-        inputs=[*(f"{name}_ref" for name in loop.controller.sensors), f"{actuator}_forward"],
-        outputs=[*_WATCHED, actuator],
-    )
+    # The tip's error late, beyond its travel, and always; then torque and voltage.
+    signals = [TIP, TIP, HUB_TORQUE, VOLTAGE][: 3 if motor is None else 4]
+    of_tip = np.array([float(signal == TIP) for signal in signals])
+    sense, since = np.zeros(len(signals)), np.zeros(len(signals))
+    since[0], sense[1] = slew.duration_s, np.sign(travel)
+    floor = _ROUNDING * size * of_tip
+    sought = Sought(np.array(signals), travel * of_tip, sense, since, floor)
+    residual, beyond, torque, *voltage = search.highest(moved, sought).tolist()
+    error = Sought(np.array([TIP]), np.array([travel]), np.zeros(1), np.zeros(1), floor[:1])
+    settled = search.last_outside(moved, error, _BAND * size * (1 + _EDGE))
+    overshoot = beyond / size if beyond > _EDGE * size else 0.0
+    saturates = motor is not None and motor.saturates(torque, *voltage)
+    peaks = (torque, voltage[0] if voltage else None)
+    return SlewSummary(settled, residual, *peaks, saturates, overshoot)

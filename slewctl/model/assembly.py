@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
@@ -20,6 +21,8 @@ from slewctl.arm import Arm
 from slewctl.basis import Basis
 from slewctl.errors import InputError, shown
 from slewctl.model.quadrature import SAMPLED_DEGREE, UNIT_ROUNDOFF, Rule, composite, settled
+
+Boundary = Literal["hub-locked", "free"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +110,7 @@ def assemble(arm: Arm, basis: Basis) -> Model:
     ----------
     arm : Arm
     basis : Basis
+        A description, such as ``HubMatched(4)``: it is matched to this arm.
 
     Returns
     -------
@@ -130,7 +134,8 @@ def assemble(arm: Arm, basis: Basis) -> Model:
         raise InputError(
             f"{shown(basis)} is not a basis", where="assemble", remedy="give one, as in Slewing(3)"
         )
-    return model_from_factors(arm, basis, factors(arm, basis))
+    matched = basis.matched_to(arm)
+    return model_from_factors(arm, matched, factors(arm, matched))
 
 
 def check_arm(arm: object, where: str) -> None:
@@ -196,9 +201,7 @@ def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
     """Return the `Model` with modes and modal damping from square-root factors."""
     n = basis.n
     omega, modes = _modes(parts)
-    # The sign of a mode is free; a positive deflection of the tip makes models comparable.
-    tip = basis.evaluate(np.ones(1)) @ modes[1:, 1:]
-    modes[:, 1:] *= np.where(tip < 0, -1.0, 1.0)
+    modes[:, 1:] *= tip_signs(basis, modes[1:, 1:])
     mass = parts.mass.T @ parts.mass
     stiffness = np.zeros((n + 1, n + 1))
     stiffness[1:, 1:] = parts.stiffness.T @ parts.stiffness
@@ -206,6 +209,14 @@ def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
     force = np.zeros(n + 1)
     force[0] = 1.0
     return Model(arm, basis, mass, damping, stiffness, force, omega, modes, parts.quadrature_error)
+
+
+def tip_signs(basis: Basis, shapes: Array) -> Array:
+    """Return the sign of each shape's deflection at the tip, shape (1, k).
+
+    The sign of a mode is free; a positive deflection of the tip makes models comparable.
+    """
+    return np.where(basis.combined(np.ones(1), 0, shapes) < 0, -1.0, 1.0)
 
 
 def _damping(arm: Arm, mass: Array, stiffness: Array, omega: Array, modes: Array) -> Array:
@@ -225,13 +236,43 @@ def _damping(arm: Arm, mass: Array, stiffness: Array, omega: Array, modes: Array
 
 
 def _modes(parts: Factors) -> tuple[Array, Array]:
-    """Return ω (n,) and U (n+1, n+1) with UᵀMU = I, the rigid-body mode first.
+    """Return ω (n,) and U (n+1, n+1) with UᵀMU = I, the rigid-body mode first."""
+    found = ritz_modes(parts, "free")
+    n = len(found.omega)
+    rotation, bending = parts.mass[:, 0], parts.mass[:, 1:]
+    inertia = float(rotation @ rotation)
+    modes = np.zeros((n + 1, n + 1))
+    modes[0, 0] = 1 / math.sqrt(inertia)
+    modes[0, 1:] = -(rotation @ bending @ found.shapes) / inertia
+    modes[1:, 1:] = found.shapes
+    return found.omega, modes
+
+
+@dataclass(frozen=True, eq=False)
+class RitzModes:
+    """Natural frequencies in rad/s, increasing, and the modes in flexible coordinates.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (k,)
+    shapes : ndarray, shape (n, k)
+        Of unit modal mass.
+    """
+
+    omega: Array
+    shapes: Array
+
+
+def ritz_modes(parts: Factors, boundary: Boundary) -> RitzModes:
+    """Return all n modes that the factors have, the hub held or free to turn.
 
     With F = QR the first row of R is [√J, Φ̃/√J] and the rest, R₂, the factor of the mass
-    that remains when the rigid rotation is taken out; with S = Q'T the singular values of
-    R₂T⁻¹ are 1/ω.
+    that remains when the rigid rotation is taken out; with the hub held it is the factor of
+    M_e itself.  With S = Q'T the singular values of R₂T⁻¹ are 1/ω.
     """
-    R = qr(parts.mass, mode="r")[0][: parts.mass.shape[1]]
+    free = boundary == "free"
+    mass = parts.mass if free else parts.mass[:, 1:]
+    R = qr(mass, mode="r")[0][: mass.shape[1]]
     T = qr(parts.stiffness, mode="r")[0][: parts.stiffness.shape[1]]
     n = T.shape[0]
     tiny = n * np.finfo(float).eps
@@ -244,10 +285,10 @@ def _modes(parts: Factors) -> tuple[Array, Array]:
                 remedy="use fewer functions, or give the arm inertia",
             )
     inverse = solve_triangular(T, np.eye(n))
-    _, periods, V = np.linalg.svd(R[1:, 1:] @ inverse)
-    flexible = inverse @ V.T / periods
-    modes = np.zeros((n + 1, n + 1))
-    modes[0, 0] = 1 / abs(R[0, 0])
-    modes[0, 1:] = -(R[0, 1:] @ flexible) / R[0, 0]
-    modes[1:, 1:] = flexible
-    return 1 / periods, modes
+    _, periods, V = np.linalg.svd((R[1:, 1:] if free else R) @ inverse)
+    return RitzModes(1 / periods, inverse @ V.T / periods)
+
+
+def rounding(omega: Array) -> Array:
+    """Return the relative error that rounding leaves in increasing frequencies."""
+    return np.asarray(np.finfo(float).eps * (10 + omega / omega[0]))

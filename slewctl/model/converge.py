@@ -2,53 +2,95 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeVar
+from dataclasses import dataclass
 
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Polynomial
+from slewctl.errors import InputError, check_count, shown
+from slewctl.model.assembly import Boundary, RitzModes, factors, ritz_modes, rounding
+from slewctl.model.subspace import lowest_modes, trials
 
-T = TypeVar("T")
+MOST_MODES = 500
+"""Modes that an arm can be asked for: a few seconds' work."""
+
 _TARGET = 1e-11
+# Shapes to be compared with finer ones: their frequencies are good to its square.
+_ROUGHLY = 1e-6
+# Beyond so many functions, or those that every panel needs, no more are taken.
 _MOST_FUNCTIONS = 400
+_MOST_TERMS = 6
+# Up to here all modes of the matrices cost less than the few that are asked for.
+_SMALL = 400
 
 
-def converged(
-    arm: Arm, modes: int, solve: Callable[[Polynomial], T], values: Callable[[T], Array]
-) -> tuple[T, Array, int]:
-    """Return the first solution whose `modes` lowest frequencies have settled.
+def check_modes(modes: object, where: str) -> int:
+    """Return a number of modes; refuse what is none, or more than can be computed."""
+    count = check_count(modes, where)
+    if count > MOST_MODES:
+        raise InputError(
+            f"{shown(count)} modes, where {MOST_MODES} are the most",
+            where=where,
+            remedy=f"give at most {MOST_MODES}",
+        )
+    return count
+
+
+@dataclass(frozen=True, eq=False)
+class Converged:
+    """An arm's first modes in polynomials, settled.
+
+    Attributes
+    ----------
+    basis : Polynomial
+    omega : ndarray, shape (modes,)
+        Natural frequencies in rad/s, increasing.
+    shapes : ndarray, shape (basis.n, modes)
+        The modes in the functions of the basis.
+    errors : ndarray, shape (modes,)
+        Relative change of each frequency in the last enlargement, plus rounding.
+    """
+
+    basis: Polynomial
+    omega: Array
+    shapes: Array
+    errors: Array
+
+
+def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
+    """Return the first `modes` modes of `arm` once their frequencies have settled.
 
     Parameters
     ----------
     arm : Arm
         Its breakpoints are the edges of the panels.
     modes : int
-    solve : callable
-        Returns a solution in a polynomial basis.
-    values : callable
-        Returns a solution's frequencies, increasing, in any unit.
-
-    Returns
-    -------
-    solution
-    errors : ndarray, shape (modes,)
-        Relative change of each frequency in the last enlargement, plus rounding.
-    functions : int
-        How many polynomial functions the solution has.
+    boundary : {"hub-locked", "free"}
     """
     edges = arm.beam.breakpoints
     panels = len(edges) + 1
-    functions = panels * (3 + 2 * modes // panels) + 12
-    coarse = solve(Polynomial(functions, edges))
+    few = -(-12 // panels)
+    terms = 3 + 2 * modes // panels + few
+    coarse = _solved(arm, Polynomial(panels * terms, edges), modes, boundary, None)
     while True:
-        functions += max(4 * panels, functions // 4)
-        fine = solve(Polynomial(functions, edges))
-        exact = values(fine)[:modes]
-        change = np.abs(values(coarse)[:modes] / exact - 1)
-        if change.max() <= _TARGET or functions > _MOST_FUNCTIONS:
-            rounding = np.finfo(float).eps * (10 + exact / exact[0])
-            return fine, change + rounding, functions
+        terms += max(1, few, terms // 4)
+        basis = Polynomial(panels * terms, edges)
+        fine = _solved(arm, basis, modes, boundary, coarse)
+        omega = fine.omega[:modes]
+        change = np.abs(coarse.omega[:modes] / omega - 1)
+        if change.max() <= _TARGET or basis.n > max(_MOST_FUNCTIONS, panels * _MOST_TERMS):
+            return Converged(basis, omega, fine.shapes[:, :modes], change + rounding(omega))
         coarse = fine
+
+
+def _solved(
+    arm: Arm, basis: Polynomial, modes: int, boundary: Boundary, coarse: RitzModes | None
+) -> RitzModes:
+    """Return modes in one basis, from those in a smaller one where that saves work."""
+    if basis.n <= max(_SMALL, 3 * trials(modes)):
+        return ritz_modes(factors(arm, basis), boundary)
+    if coarse is None:
+        return lowest_modes(arm, basis, modes, boundary, tolerance=_ROUGHLY)
+    return lowest_modes(arm, basis, modes, boundary, coarse.shapes[:, : trials(modes)])

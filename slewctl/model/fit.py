@@ -23,10 +23,10 @@ from slewctl.errors import (
     shown,
 )
 from slewctl.model.adjustable import ADJUSTABLE, Adjustable
-from slewctl.model.assembly import check_arm
+from slewctl.model.assembly import Boundary, check_arm
 from slewctl.model.fit_problem import Problem, solve
 from slewctl.model.fit_result import Estimate, Fit
-from slewctl.model.locked import BOUNDARIES, Boundary, Frequencies, frequencies
+from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies
 
 _DETERMINED = 1e-6  # relative singular value
 _PART = 1e-6  # least squared part in the null space for which a property is named

@@ -17,7 +17,8 @@ from slewctl.arm import Arm
 from slewctl.basis import Polynomial
 from slewctl.errors import AccuracyError
 from slewctl.model.adjustable import Adjustable
-from slewctl.model.locked import Boundary, ritz_frequencies_hz
+from slewctl.model.assembly import Boundary
+from slewctl.model.locked import ritz_frequencies_hz
 
 _STEP = 1e-4  # of the differences in coordinates whose typical size is one
 _LEAST_START = 0.01  # a search that starts on the bound may stay there

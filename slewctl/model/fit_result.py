@@ -11,7 +11,7 @@ from scipy.special import gammaincc
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.errors import check_choice
-from slewctl.model.locked import Boundary
+from slewctl.model.assembly import Boundary
 
 _STRONG = 0.95  # correlations worth a sentence
 

@@ -7,19 +7,16 @@ angle, shows: the zeros of the transfer function from torque to hub angle.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
-from scipy.linalg import qr, solve_triangular
 
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis
-from slewctl.errors import check_choice, check_count
-from slewctl.model.assembly import check_arm, factors
-from slewctl.model.converge import converged
+from slewctl.errors import check_choice
+from slewctl.model.assembly import Boundary, check_arm, factors, ritz_modes
+from slewctl.model.converge import check_modes, converged
 
-Boundary = Literal["hub-locked", "free"]
 BOUNDARIES: tuple[Boundary, ...] = ("hub-locked", "free")
 
 
@@ -66,15 +63,13 @@ def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Freq
     Raises
     ------
     InputError
-        If `arm` is not an arm, modes < 1 or the boundary is unknown.
+        If `arm` is not an arm, modes < 1 or more than 500, or the boundary is unknown.
     """
     check_arm(arm, "frequencies")
     check_choice(boundary, BOUNDARIES, "frequencies.boundary")
-    modes = check_count(modes, "frequencies.modes")
-    hz, errors, functions = converged(
-        arm, modes, lambda basis: ritz_frequencies_hz(arm, basis, boundary), lambda found: found
-    )
-    return Frequencies(boundary, hz[:modes], errors, functions)
+    modes = check_modes(modes, "frequencies.modes")
+    found = converged(arm, modes, boundary)
+    return Frequencies(boundary, found.omega / (2 * np.pi), found.errors, found.basis.n)
 
 
 def hub_locked_frequencies_hz(arm: Arm, modes: int) -> Array:
@@ -86,18 +81,5 @@ def hub_locked_frequencies_hz(arm: Arm, modes: int) -> Array:
 
 
 def ritz_frequencies_hz(arm: Arm, basis: Basis, boundary: Boundary) -> Array:
-    """Return all frequencies in Hz, shape (n,), that one `basis` gives, increasing.
-
-    With S = Q'T the stiffness factor, the singular values of R T⁻¹ are 1/ω.  R is the
-    triangular factor of the mass: of q alone when the hub is locked, of what remains once
-    the rigid rotation is taken out when it is free.
-    """
-    parts = factors(arm, basis)
-    n = basis.n
-    T = qr(parts.stiffness, mode="r")[0][:n]
-    if boundary == "hub-locked":
-        R = qr(parts.mass[:, 1:], mode="r")[0][:n]
-    else:
-        R = qr(parts.mass, mode="r")[0][1 : n + 1, 1:]
-    periods = np.linalg.svd(solve_triangular(T, R.T, trans="T"), compute_uv=False)
-    return 1 / (2 * np.pi * periods)
+    """Return all frequencies in Hz, shape (n,), that one `basis` gives, increasing."""
+    return ritz_modes(factors(arm, basis), boundary).omega / (2 * np.pi)

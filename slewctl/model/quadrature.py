@@ -15,12 +15,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 from scipy.special import roots_legendre
 
-from slewctl._types import Array
+from slewctl._types import Array, IntArray
 from slewctl.errors import AccuracyError
 
 UNIT_ROUNDOFF = 2.0**-53
@@ -34,26 +33,25 @@ class Rule:
     weights: Array
 
 
-def points_needed(exponent: float, degree: int) -> int:
-    """Return how many Gauss points make a panel's integrals exact to rounding.
+def points_needed(exponents: Array, degree: int) -> IntArray:
+    """Return how many Gauss points make the integrals on each panel exact to rounding.
 
     Parameters
     ----------
-    exponent : float
+    exponents : ndarray, shape (panels,)
         κh: growth exponent of the integrand times the panel's half-width.
     degree : int
         Degree of its polynomial factor.
     """
-    if exponent == 0:
-        return degree // 2 + 1
     rho = np.geomspace(1.05, 1e3, 400)
     log_bound = (
-        exponent * (rho - 1 / rho) / 2
+        np.multiply.outer(exponents, (rho - 1 / rho) / 2)
         + math.log(64 / 15)
         - np.log1p(-(rho**-2.0))
         - math.log(UNIT_ROUNDOFF)
     )
-    return int(np.ceil((log_bound / np.log(rho) + degree).min() / 2))
+    needed = np.ceil((log_bound / np.log(rho) + degree).min(axis=1) / 2).astype(int)
+    return np.where(np.asarray(exponents) == 0, degree // 2 + 1, needed)
 
 
 @lru_cache(maxsize=256)
@@ -85,13 +83,17 @@ def composite(breakpoints: tuple[float, ...], exponent: float, degree: int) -> R
         Growth of the integrand (see the module's docstring), with κ per unit of ``xi``.
     """
     bounds = np.array([0.0, *sorted(set(breakpoints)), 1.0])
-    xi, weights = [], []
-    for left, right in pairwise(bounds):
-        half = (right - left) / 2
-        nodes, w = _gauss(points_needed(exponent * half, degree))
-        xi.append((left + right) / 2 + half * nodes)
-        weights.append(half * w)
-    return Rule(np.concatenate(xi), np.concatenate(weights))
+    half, middle = np.diff(bounds) / 2, (bounds[1:] + bounds[:-1]) / 2
+    needed = points_needed(exponent * half, degree)
+    first = np.concatenate([[0], np.cumsum(needed)])
+    xi, weights = np.empty((2, first[-1]))
+    for points in np.unique(needed):
+        nodes, w = _gauss(int(points))
+        panels = np.flatnonzero(needed == points)
+        at = first[panels, None] + np.arange(points)
+        xi[at] = middle[panels, None] + half[panels, None] * nodes
+        weights[at] = half[panels, None] * w
+    return Rule(xi, weights)
 
 
 def halved(breakpoints: tuple[float, ...], times: int) -> tuple[float, ...]:

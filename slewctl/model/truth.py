@@ -5,21 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
-
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis, Combined
-from slewctl.errors import check_count
-from slewctl.model.assembly import (
-    Factors,
-    Model,
-    assemble,
-    check_arm,
-    factors,
-    model_from_factors,
-)
-from slewctl.model.converge import converged
+from slewctl.model.assembly import Model, assemble, check_arm, tip_signs
+from slewctl.model.converge import check_modes, converged
 
 DEFAULT_MODES = 20
 
@@ -81,10 +71,10 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     Raises
     ------
     InputError
-        If modes < 1, or `arm` is not an arm.
+        If modes < 1 or more than 500, or `arm` is not an arm.
     """
     check_arm(arm, "truth")
-    return _truth(arm, check_count(modes, "truth.modes"))
+    return _truth(arm, check_modes(modes, "truth.modes"))
 
 
 def arm_modes(arm: Arm, n: int) -> Basis:
@@ -107,27 +97,11 @@ def arm_modes(arm: Arm, n: int) -> Basis:
 
 @lru_cache(maxsize=64)
 def _truth(arm: Arm, modes: int) -> Truth:
-    fine, errors, _ = converged(
-        arm, modes, lambda basis: assemble(arm, basis), lambda model: model.omega
-    )
-    return _cut(fine, modes, errors + fine.quadrature_error)
-
-
-def _cut(model: Model, modes: int, errors: Array) -> Truth:
-    """Return `model` in the coordinates of its own first `modes` flexible modes."""
-    chosen = model.mode_shapes[1:, 1 : modes + 1]
-    basis = Combined(modes, model.basis, chosen)
-    parts = factors(model.arm, model.basis)
-    spread = np.zeros((model.n + 1, modes + 1))
-    spread[0, 0] = 1.0
-    spread[1:, 1:] = chosen
-    cut = model_from_factors(
-        model.arm,
-        basis,
-        Factors(parts.mass @ spread, parts.stiffness @ chosen, parts.quadrature_error),
-    )
+    found = converged(arm, modes, "free")
+    shapes = found.shapes * tip_signs(found.basis, found.shapes)
+    model = assemble(arm, Combined(modes, found.basis, shapes))
     return Truth(
-        **{name: getattr(cut, name) for name in Model.__dataclass_fields__},
-        frequency_errors=errors,
-        functions=model.n,
+        **{name: getattr(model, name) for name in Model.__dataclass_fields__},
+        frequency_errors=found.errors + model.quadrature_error,
+        functions=found.basis.n,
     )

@@ -1,7 +1,9 @@
 """State-space models with named signals, and the generalised plant w, u → z, y."""
 
+from slewctl.plant.arm_problem import generalised_plant
 from slewctl.plant.nonlinear import nonlinear_system
-from slewctl.plant.problem import GeneralisedPlant, Objective, check_plant, generalised_plant
+from slewctl.plant.objective import Objective
+from slewctl.plant.problem import GeneralisedPlant, check_plant, ill_posed
 from slewctl.plant.reduction import Reduced, balanced_truncation, modal_truncation
 from slewctl.plant.sampled import (
     SampledClosed,
@@ -28,6 +30,7 @@ __all__ = [
     "check_plant",
     "continuous_equivalent",
     "generalised_plant",
+    "ill_posed",
     "modal_truncation",
     "nonlinear_system",
     "sampled_plant",

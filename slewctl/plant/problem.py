@@ -1,128 +1,42 @@
-"""The generalised plant of a disturbance-rejection problem on an arm.
-
-                 ┌───────────────────┐
-    w_torque ───►│                   ├───► z_<output>   = output / largest acceptable value
-    w_<sensor> ─►│         P         ├───► z_<actuator> = actuator / largest acceptable value
-                 │                   │
-    <actuator> ─►│                   ├───► <sensor>     = measurement + noise
-                 └───────────────────┘
-
-The actuator is the ``torque`` on the hub or the ``voltage`` of the motor.  The
-disturbances w are independent white noises of unit intensity; the controller feeds the
-sensors back to the actuator so that the H2 norm from w to z is small.  Its square is the
-stationary mean of Σ z².
-"""
+"""The generalised plant w, u → z, y that H2 methods design on, and the loop around it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import control
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.errors import InputError, check_choice, check_positive, shown
+from slewctl.errors import InputError, shown
 from slewctl.model import Model
-from slewctl.model.assembly import check_model
-from slewctl.plant.signals import ACTUATORS, SIGNALS, TORQUE, check_signals
-from slewctl.plant.statespace import Actuator, Coordinates, drive, state_space
-
-
-@dataclass(frozen=True)
-class Objective:
-    """What a controller is asked to do, in physical terms.
-
-    Parameters
-    ----------
-    limits : mapping of str to float
-        Largest acceptable value of outputs and of the actuator (Bryson's rule): each enters
-        the cost divided by it.  Exactly one of ``torque`` (N·m) and ``voltage`` (V) is
-        required: the one that the controller commands.
-    noise : mapping of str to float
-        Square root of the two-sided spectral density of the torque disturbance on the hub
-        (N·m/√Hz), whatever the actuator, and of each sensor's noise (its unit/√Hz).  The
-        sensors named here are the measurements.
-
-    Raises
-    ------
-    InputError
-        For an unknown signal, a value that is not positive, when the torque or every
-        sensor is missing, or when the limits name both actuators.
-    """
-
-    limits: Mapping[str, float]
-    noise: Mapping[str, float]
-
-    def __post_init__(self) -> None:
-        for name in ("limits", "noise"):
-            given: Mapping[str, float] = getattr(self, name)
-            if not isinstance(given, Mapping):
-                raise InputError(
-                    f"{shown(given)} is not a mapping",
-                    where=name,
-                    remedy="give one, as in {'tip': 0.1, 'torque': 1.0}",
-                )
-            numbers = {key: check_positive(v, f"{name}.{key}") for key, v in given.items()}
-            inputs = ACTUATORS if name == "limits" else (TORQUE,)
-            outputs = [key for key in numbers if key not in inputs]
-            for key in outputs:
-                if "@" not in key:
-                    check_choice(key, (*SIGNALS, *inputs), name)
-            _check_inputs([key for key in numbers if key in inputs], name)
-            if not outputs:
-                use = "kept small" if name == "limits" else "measured"
-                raise InputError(
-                    f"no output is {use}", where=name, remedy=f"add one, such as {name}.theta"
-                )
-            check_signals(outputs, name)
-            object.__setattr__(self, name, numbers)
-
-    @property
-    def actuator(self) -> Actuator:
-        """What the controller commands: the torque on the hub or the motor's voltage."""
-        return "torque" if TORQUE in self.limits else "voltage"
-
-    @property
-    def performance(self) -> tuple[str, ...]:
-        """The outputs that are kept small."""
-        return tuple(name for name in self.limits if name not in ACTUATORS)
-
-    @property
-    def sensors(self) -> tuple[str, ...]:
-        """The outputs that are measured."""
-        return tuple(name for name in self.noise if name != TORQUE)
-
-
-def _check_inputs(named: Sequence[str], where: str) -> None:
-    """Refuse limits or noise without a value for the input, or with one for two."""
-    if not named:
-        instead = f", or {where}.voltage for an arm with a motor" if where == "limits" else ""
-        raise InputError(
-            "no value for torque",
-            where=where,
-            remedy=f"add {where}.torque{instead}: without it the problem has no unique solution",
-        )
-    if len(named) > 1:
-        raise InputError(
-            f"values for both {' and '.join(named)}",
-            where=where,
-            remedy="keep the one that the controller commands",
-        )
+from slewctl.plant.objective import Objective
 
 
 @dataclass(frozen=True, eq=False)
 class GeneralisedPlant:
     """A plant with named disturbances, controls, performance outputs and measurements.
 
-    Attributes
+        ẋ = A x + B₁ w + B₂ u,   z = C₁ x + D₁₁ w + D₁₂ u,   y = C₂ x + D₂₁ w + D₂₂ u,
+
+    or x⁺ = … where the system is sampled.  `lqr`, `kalman` and `lqg` take both, and any of
+    the matrices; what a method cannot take into account it refuses by name.
+
+    Parameters
     ----------
     system : control.StateSpace
-        Inputs ``w_…`` then the actuator; outputs ``z_…`` then the sensors.
+        Any number of disturbances w, then the actuator u; any number of performance outputs
+        z, then the sensors.  Continuous, or sampled with its sample time in s.
     sensors : tuple of str
-    model : Model or None
+        Names of the measurements y: the system's last outputs.
+    model : Model, optional
         What the plant was made of, for methods that need more than its matrices.
-    objective : Objective or None
+    objective : Objective, optional
+
+    Raises
+    ------
+    InputError
+        If the system is of another kind, not finite, or without states, w, z or y.
     """
 
     system: control.StateSpace
@@ -130,9 +44,33 @@ class GeneralisedPlant:
     model: Model | None = None
     objective: Objective | None = None
 
+    def __post_init__(self) -> None:
+        _check_system(self.system)
+        sensors = (self.sensors,) if isinstance(self.sensors, str) else tuple(self.sensors)
+        outputs = list(self.system.output_labels)
+        if not sensors or outputs[-len(sensors) :] != list(sensors):
+            raise InputError(
+                f"the sensors {list(sensors)} are not the last outputs of {outputs}",
+                where="sensors",
+                remedy="order the outputs z first, then y, and name the sensors in that order",
+            )
+        object.__setattr__(self, "sensors", sensors)
+        if not self.system.nstates or self.disturbances < 1 or self.performance < 1:
+            raise InputError(
+                "the plant has no states, no disturbance or no performance output",
+                where="system",
+                remedy="give at least one of each: inputs w then the actuator, outputs z then "
+                "the sensors",
+            )
+
+    @property
+    def sample_time(self) -> float:
+        """T in s of a sampled plant; zero for a continuous one."""
+        return float(self.system.dt or 0.0)
+
     @property
     def actuator(self) -> str:
-        """Name of the control input, ``torque`` or ``voltage``."""
+        """Name of the control input; ``torque`` or ``voltage`` for an arm."""
         return str(self.system.input_labels[-1])
 
     @property
@@ -171,6 +109,11 @@ class GeneralisedPlant:
         return np.asarray(self.system.C[self.performance :])
 
     @property
+    def D11(self) -> Array:
+        """Disturbances to performance outputs."""
+        return np.asarray(self.system.D[: self.performance, :-1])
+
+    @property
     def D12(self) -> Array:
         """Actuator to performance outputs."""
         return np.asarray(self.system.D[: self.performance, -1:])
@@ -181,13 +124,19 @@ class GeneralisedPlant:
         return np.asarray(self.system.D[self.performance :, :-1])
 
     @property
+    def D22(self) -> Array:
+        """Actuator to measurements."""
+        return np.asarray(self.system.D[self.performance :, -1:])
+
+    @property
     def control_path(self) -> control.StateSpace:
         """The plant from the actuator to the measurements, as a named system."""
         return control.StateSpace(
             self.A,
             self.B2,
             self.C2,
-            np.asarray(self.system.D[self.performance :, -1:]),
+            self.D22,
+            self.system.dt,
             inputs=[self.actuator],
             outputs=list(self.sensors),
             states=list(self.system.state_labels),
@@ -225,6 +174,7 @@ class GeneralisedPlant:
             matrix @ system.B,
             system.C @ inverse,
             system.D,
+            system.dt,
             inputs=system.input_labels,
             outputs=system.output_labels,
             name=f"{system.name}_transformed",
@@ -237,25 +187,35 @@ class GeneralisedPlant:
         Parameters
         ----------
         controller : control.StateSpace
-            From the sensors to the actuator, connected with a plus sign.
+            From the sensors to the actuator, connected with a plus sign, on the plant's clock.
 
         Raises
         ------
         InputError
-            If the controller takes other signals than the plant's sensors, or commands
-            another actuator.
+            If the controller takes other signals than the plant's sensors, commands another
+            actuator, or makes a loop without delay that has no solution (I − D_k D₂₂ singular).
         """
-        self.check_controller(controller)
+        self.check_controller(controller, self.sample_time or None)
         Ak, Bk, Ck, Dk = (
             np.asarray(m) for m in (controller.A, controller.B, controller.C, controller.D)
         )
-        BDk = self.B2 @ Dk
-        DDk = self.D12 @ Dk
+        n, k, w = len(self.A), len(Ak), self.disturbances
+        # u = Dk (C₂ x + D₂₁ w + D₂₂ u) + Ck x_k, solved for u.
+        left = np.eye(1) - Dk @ self.D22
+        if abs(left[0, 0]) <= 4 * np.finfo(float).eps * (1 + abs(left[0, 0] - 1)):
+            raise ill_posed()
+        u = np.linalg.solve(left, np.hstack([Dk @ self.C2, Ck, Dk @ self.D21]))
+        x = np.hstack([self.A, np.zeros((n, k)), self.B1]) + self.B2 @ u
+        z = np.hstack([self.C1, np.zeros((self.performance, k)), self.D11]) + self.D12 @ u
+        y = np.hstack([self.C2, np.zeros((len(self.sensors), k)), self.D21]) + self.D22 @ u
+        x_k = np.hstack([np.zeros((k, n)), Ak, np.zeros((k, w))]) + Bk @ y
+        moved = np.vstack([x, x_k])
         return control.StateSpace(
-            np.block([[self.A + BDk @ self.C2, self.B2 @ Ck], [Bk @ self.C2, Ak]]),
-            np.vstack([self.B1 + BDk @ self.D21, Bk @ self.D21]),
-            np.hstack([self.C1 + DDk @ self.C2, self.D12 @ Ck]),
-            DDk @ self.D21,
+            moved[:, : n + k],
+            moved[:, n + k :],
+            z[:, : n + k],
+            z[:, n + k :],
+            self.system.dt,
             inputs=list(self.system.input_labels[:-1]),
             outputs=list(self.system.output_labels[: self.performance]),
             name=f"{self.system.name}_closed",
@@ -313,83 +273,48 @@ def _runs_on(controller: control.StateSpace, sample_time: float | None) -> bool:
     return bool(controller.isdtime(strict=True)) and float(controller.dt) == sample_time
 
 
-def check_plant(plant: object, where: str) -> None:
-    """Refuse what is not a `GeneralisedPlant`."""
+def ill_posed() -> InputError:
+    """Return the error of a loop without delay whose gain is exactly one."""
+    return InputError(
+        "plant and controller make a loop without delay whose gain is one: it has no solution",
+        where="close",
+        remedy="leave out the feedthrough of one of them",
+    )
+
+
+def _check_system(system: object) -> None:
+    if not isinstance(system, control.StateSpace):
+        raise InputError(
+            f"{shown(system)} is not a StateSpace",
+            where="system",
+            remedy="give a control.StateSpace from [w, u] to [z, y]",
+        )
+    if system.dt is True:
+        raise InputError(
+            "the system's sample time is not known",
+            where="system",
+            remedy="give dt in s, or a continuous system",
+        )
+    if not all(np.isfinite(getattr(system, name)).all() for name in "ABCD"):
+        raise InputError(
+            "the plant's matrices are not finite",
+            where="system",
+            remedy="check its numbers: a limit or a noise may be too small",
+        )
+
+
+def check_plant(plant: object, where: str, *, sampled: bool = False) -> None:
+    """Refuse what is not a `GeneralisedPlant`, and a sampled one unless that is allowed."""
+    if isinstance(plant, GeneralisedPlant) and plant.sample_time and not sampled:
+        raise InputError(
+            f"the plant is sampled, every {plant.sample_time:g} s, and this method takes "
+            "continuous plants",
+            where=where,
+            remedy="give the continuous plant, or use lqg, which takes both",
+        )
     if not isinstance(plant, GeneralisedPlant):
         raise InputError(
             f"{shown(plant)} is not a GeneralisedPlant",
             where=where,
             remedy="make one with slewctl.generalised_plant(model, objective)",
         )
-
-
-def generalised_plant(
-    model: Model, objective: Objective, *, coordinates: Coordinates = "modal"
-) -> GeneralisedPlant:
-    """Return the generalised plant of `objective` on `model`.
-
-    Parameters
-    ----------
-    model : Model
-    objective : Objective
-    coordinates : {"modal", "physical"}
-        Of the states, see `state_space`.  The modal ones are much the better conditioned;
-        every design method takes both.
-
-    Returns
-    -------
-    GeneralisedPlant
-
-    Raises
-    ------
-    InputError
-        If a performance output or sensor responds to the torque without delay (such as
-        ``tip_acceleration``), for which the H2 cost is not finite; if a station is beyond
-        the tip, or the objective limits the voltage of an arm without a motor.
-    """
-    check_model(model, "generalised_plant")
-    if not isinstance(objective, Objective):
-        raise InputError(
-            f"{shown(objective)} is not an Objective",
-            where="generalised_plant",
-            remedy="give a slewctl.Objective",
-        )
-    z_names, sensors, actuator = objective.performance, objective.sensors, objective.actuator
-    outputs = _union(z_names, sensors)
-    plant = state_space(model, outputs, input=actuator, coordinates=coordinates)
-    torque_per_unit = drive(model.arm, actuator)[0]
-    for name, feedthrough in zip(plant.output_labels, plant.D[:, 0], strict=True):
-        if feedthrough != 0:
-            raise InputError(
-                f"{name} responds to the torque without delay",
-                where="objective",
-                remedy="leave it out: white torque noise would make its variance infinite",
-            )
-    rows = {name: plant.C[i] for i, name in enumerate(plant.output_labels)}
-    nz, ny = len(z_names) + 1, len(sensors)
-    states = plant.nstates
-    disturbance = objective.noise[TORQUE] * (plant.B / torque_per_unit)
-    B = np.hstack([disturbance, np.zeros((states, ny)), plant.B])
-    C = np.zeros((nz + ny, states))
-    D = np.zeros((nz + ny, ny + 2))
-    for i, name in enumerate(z_names):
-        C[i] = rows[name] / objective.limits[name]
-    D[nz - 1, -1] = 1 / objective.limits[actuator]
-    for i, name in enumerate(sensors):
-        C[nz + i] = rows[name]
-        D[nz + i, 1 + i] = objective.noise[name]
-    system = control.StateSpace(
-        plant.A,
-        B,
-        C,
-        D,
-        inputs=["w_torque", *(f"w_{name}" for name in sensors), actuator],
-        outputs=[*(f"z_{name}" for name in z_names), f"z_{actuator}", *sensors],
-        states=list(plant.state_labels),
-        name=f"{plant.name}_generalised",
-    )
-    return GeneralisedPlant(system, sensors, model, objective)
-
-
-def _union(first: Sequence[str], second: Sequence[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys([*first, *second]))

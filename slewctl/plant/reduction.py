@@ -33,14 +33,15 @@ from slewctl.errors import (
     InputError,
     check_choice,
     check_count,
-    check_positive,
     shown,
-    suggest,
 )
 from slewctl.plant.balancing import balanced, damped, refuse_undamped
 from slewctl.plant.problem import GeneralisedPlant
 from slewctl.plant.separation import Part, Separated, separate
+from slewctl.plant.sizes import given_sizes, own_sizes
 
+# What the names of a mode's states end with; numbered where poles coincide.
+_ENDS = {1: [""], 2: ["_re", "_im"]}
 # The attained error may pass the bound by rounding of this much of the system's size.
 _ROUNDING = 1e-11
 
@@ -259,7 +260,7 @@ def modal_truncation(
         if damped(lost):
             hankel, _, _, residual = balanced(lost)
             bound = 2 * float(hankel.sum())
-    compliance = np.real(-(removed.C / removed.poles) @ removed.B)
+    compliance = np.real(removed.response(0.0))
     D, feedthrough, method = np.zeros_like(compliance), np.zeros((0, 0)), "modal truncation"
     if static_correction:
         method += " with static correction"
@@ -270,7 +271,7 @@ def modal_truncation(
     names = tuple(
         f"mode{k}{end}"
         for k, mode in enumerate(kept.modes, 1)
-        for end in (("_re", "_im") if len(mode) == 2 else ("",))
+        for end in _ENDS.get(len(mode), [f"_{i}" for i in range(1, len(mode) + 1)])
     )
     return source.reduced(kept.real(), names, method, bound, hankel, residual, D, feedthrough)
 
@@ -296,7 +297,7 @@ class _Source:
                     remedy="select the inputs and outputs of the system",
                 )
             parts = separate(given)  # refuses what is no system
-            inputs, outputs = _given_sizes(given, sizes or {})
+            inputs, outputs = given_sizes(given, sizes or {})
             return cls(given, None, inputs, outputs, parts)
         if sizes is not None:
             raise InputError(
@@ -304,7 +305,7 @@ class _Source:
                 where="sizes",
                 remedy="leave it out",
             )
-        inputs, outputs = _own_sizes(given)
+        inputs, outputs = own_sizes(given)
         if path == "control":
             inputs[:-1], outputs[: given.performance] = 0.0, 0.0
         return cls(given.system, given, inputs, outputs, separate(given.system))
@@ -385,27 +386,3 @@ class _Source:
         found = {str(name): float(size) for name, size in labels if size > 0}
         ends = zip(self.system.output_labels, self.outputs, strict=True)
         return found | {str(name): float(1 / size) for name, size in ends if size > 0}
-
-
-def _given_sizes(system: control.StateSpace, sizes: Mapping[str, float]) -> tuple[Array, Array]:
-    known = [*system.input_labels, *system.output_labels]
-    for name in sizes:
-        if name not in known:
-            raise InputError(
-                f"the system has no signal {shown(name)}",
-                where="sizes",
-                remedy=suggest(str(name), known),
-            )
-    checked = {name: check_positive(value, f"sizes.{name}") for name, value in sizes.items()}
-    inputs = np.array([checked.get(name, 1.0) for name in system.input_labels])
-    return inputs, 1 / np.array([checked.get(name, 1.0) for name in system.output_labels])
-
-
-def _own_sizes(plant: GeneralisedPlant) -> tuple[Array, Array]:
-    """Return the limit of the actuator and one over the noise of each sensor; 1 elsewhere."""
-    inputs, outputs = np.ones(plant.system.ninputs), np.ones(plant.system.noutputs)
-    weight = float(np.linalg.norm(plant.D12))
-    noise = np.linalg.norm(plant.D21, axis=1)
-    inputs[-1] = 1 / weight if weight else 1.0
-    outputs[plant.performance :] = 1 / np.where(noise > 0, noise, 1.0)
-    return inputs, outputs

@@ -191,7 +191,8 @@ def sampled_plant(plant: GeneralisedPlant, sample_time: float, delay: float = 0.
     Raises
     ------
     InputError
-        For impossible times, or noise that both disturbs and is measured.
+        For impossible times, noise that both disturbs and is measured, or what passes
+        without delay from a disturbance to an output or from the input to a sensor.
     """
     check_plant(plant, "sampled_plant")
     T = check_positive(sample_time, "sample_time")
@@ -201,6 +202,12 @@ def sampled_plant(plant: GeneralisedPlant, sample_time: float, delay: float = 0.
             "a disturbance enters a sensor too, and white noise has no value at an instant",
             where="sample_time",
             remedy="give the sensors noise of their own",
+        )
+    if np.any(plant.D11) or np.any(plant.D22):
+        raise InputError(
+            "a disturbance reaches z, or the input a sensor, without delay (D11 or D22)",
+            where="sample_time",
+            remedy="put a lag between them: what a sample of it is, is not defined",
         )
     n = len(plant.A)
     waiting = whole + (part > 0)

@@ -169,7 +169,7 @@ def _clock(chosen: Evaluation) -> str:
     if not controller.sample_time:
         return ""
     delay = f" and a delay of {1000 * controller.delay:g} ms" if controller.delay else ""
-    return f"a clock of {1000 * controller.sample_time:g} ms{delay}"
+    return f"with a clock of {1000 * controller.sample_time:g} ms{delay}"
 
 
 SHAPES = (

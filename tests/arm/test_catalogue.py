@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -22,6 +24,22 @@ def test_every_entry_builds_the_same_arm_twice_and_names_its_source(name: str) -
     assert entry.uncertain
     assert entry.summary
     assert "\n" not in entry.summary
+
+
+@pytest.mark.parametrize("name", arms.names())
+def test_every_arm_can_be_designed_for_with_a_damping_that_says_where_it_comes_from(
+    name: str,
+) -> None:
+    arm, suggested = arms.get(name), arms.CATALOGUE[name].damping
+    damped = arms.damped(name)
+    assert np.all(damped.damping_ratios(5) > 0)
+    assert replace(damped, damping_ratio=arm.damping_ratio) == arm
+    assert suggested.source
+    assert f"({suggested.origin}: " in str(suggested)
+    # What a source publishes is the arm's own; what is assumed is not.
+    published = suggested.origin != "assumed"
+    assert (arm == damped) == published
+    assert np.all(arm.damping_ratios(5) == 0) != published
 
 
 def test_arms_have_different_names() -> None:

@@ -168,3 +168,27 @@ def test_stations_from_lists_and_arrays_are_equal_and_hashable() -> None:
     }
     assert len(tables) == 1
     assert Stations((0, 1), (1, 3)) not in tables
+
+
+def test_the_station_that_falls_is_named_alone() -> None:
+    x = [*np.linspace(0.0, 0.9, 2000), 0.5, 1.0]
+    message = refused(lambda: Stations(x, np.ones(2002)), "stations.x")
+    assert "0.5 m follows 0.9 m" in message
+    assert len(message) < 200
+
+
+def test_more_coefficients_than_count_are_refused_at_once() -> None:
+    message = refused(lambda: Beam(1.0, [1.0] * 3000, 1.0), "beam.mass_per_length")
+    assert "3000 coefficients, where 62 are the most" in message
+    assert Beam(1.0, [1.0] * 62, 1.0).mass_profile.degree == 61
+
+
+@pytest.mark.parametrize("value", [1e-150, 1e150, 1e300])
+@pytest.mark.parametrize("table", [False, True])
+def test_profiles_beyond_every_arm_are_refused(value: float, table: bool) -> None:
+    spec = Stations((0.0, 0.5, 1.0), (value, value, value)) if table else value
+    assert "check the units" in refused(lambda: Beam(1.0, spec, 1.0), "beam.mass_per_length")
+    assert "check the units" in refused(lambda: Beam(1.0, 1.0, spec), "beam.bending_stiffness")
+    assert "check the units" in refused(
+        lambda: Beam(1.0, (1.0, -1e150, 1e150), 1.0), "beam.mass_per_length"
+    )

@@ -9,10 +9,9 @@ import pytest
 from numpy.polynomial.legendre import leggauss
 from numpy.testing import assert_allclose, assert_array_equal
 
-from slewctl import Arm, Beam, Hub, InputError, Payload, Stations
+from slewctl import Arm, Beam, Hub, InputError, Payload, Stations, assemble
 from slewctl.basis import (
     BASES,
-    FITTED,
     NAMES,
     ArmMatched,
     Basis,
@@ -47,12 +46,13 @@ def hub_matched(n: int) -> Basis:
 
 
 def arm_matched(n: int) -> Basis:
-    return ArmMatched.of(ARM, n)
+    return ArmMatched(n).matched_to(ARM)
 
 
 def with_static(n: int) -> Basis:
     """The static shape after n − 1 others, or alone."""
-    return WithStatic(ClampedFree(n - 1), ARM) if n > 1 else WithStatic(ClampedFree(1), ARM).static
+    with_it = WithStatic(ClampedFree(max(n - 1, 1)), ARM)
+    return with_it if n > 1 else with_it.static
 
 
 KINDS: list[Callable[[int], Basis]] = [
@@ -194,32 +194,48 @@ def test_impossible_numbers_of_functions_are_refused(kind: type[Basis], n: objec
     assert "whole number >= 1" in str(error.value)
 
 
-@pytest.mark.parametrize("name", list(BASES))
+@pytest.mark.parametrize("name", NAMES)
 def test_create_finds_a_basis_by_name(name: str) -> None:
-    assert create(name, 3) == create(name, 3, ARM) == BASES[name](3)
+    assert create(name, 3) == BASES[name](3)
+    assert create(name, 3).name == name
     assert hash(create(name, 3)) == hash(BASES[name](3))
     assert create(name, 3) != BASES[name](4)
 
 
-@pytest.mark.parametrize("name", list(FITTED))
-def test_create_fits_a_basis_to_the_arm(name: str) -> None:
-    basis = create(name, 3, ARM)
-    assert basis.name == name
-    assert basis.n == 3
-    assert basis == create(name, 3, ARM)
-    assert hash(basis) == hash(create(name, 3, ARM))
-    assert basis != create(name, 3, Arm(ARM.beam))
+DEPENDENT = [HubMatched(3), ArmMatched(3), WithStatic(ClampedFree(2)), WithStatic(HubMatched(2))]
 
 
-@pytest.mark.parametrize("name", list(FITTED))
-def test_create_without_the_arm_says_so(name: str) -> None:
-    with pytest.raises(InputError, match="give the arm"):
-        create(name, 3)
+@pytest.mark.parametrize("basis", DEPENDENT, ids=lambda basis: basis.name)
+def test_a_description_is_matched_to_the_arm_at_hand(basis: Basis) -> None:
+    """The same description gives each arm its own functions, the same ones every time."""
+    other = Arm(ARM.beam)
+    for arm in (ARM, other):
+        matched = basis.matched_to(arm)
+        assert (matched.n, matched.name) == (3, basis.name)
+        assert matched == basis.matched_to(arm)
+        assert hash(matched) == hash(basis.matched_to(arm))
+        assert matched.matched_to(ARM) == matched
+        assert assemble(arm, basis).basis == matched
+        assert_array_equal(assemble(arm, basis).mass, assemble(arm, matched).mass)
+    assert basis.matched_to(ARM) != basis.matched_to(other)
 
 
-def test_names_are_those_of_both_kinds_of_basis() -> None:
-    assert set(NAMES) == {*BASES, *FITTED}
-    assert len(NAMES) == len(BASES) + len(FITTED)
+@pytest.mark.parametrize("basis", DEPENDENT, ids=lambda basis: basis.name)
+def test_functions_of_no_arm_are_refused(basis: Basis) -> None:
+    for ask in (
+        lambda: basis.evaluate(np.ones(1)),
+        lambda: basis.growth,
+    ):
+        with pytest.raises(InputError, match="depend on the arm") as error:
+            ask()
+        assert "assemble" in error.value.remedy
+    with pytest.raises(InputError, match="not an Arm"):
+        basis.matched_to(0.5)
+
+
+def test_given_ratios_are_kept_on_every_arm() -> None:
+    fixed = HubMatched(3, Ratios(0.2))
+    assert assemble(ARM, fixed).basis == fixed
 
 
 def test_create_suggests_the_nearest_name() -> None:

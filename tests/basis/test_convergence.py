@@ -37,10 +37,10 @@ MAKERS: dict[str, Make] = {
     "clamped-free": lambda arm, n: ClampedFree(n),
     "slewing": lambda arm, n: Slewing(n),
     "polynomial": lambda arm, n: Polynomial(n, arm.beam.breakpoints),
-    "hub-matched": HubMatched.of,
-    "static": lambda arm, n: WithStatic(ClampedFree(n - 1), arm) if n > 1 else ClampedFree(1),
-    "one step": lambda arm, n: ArmMatched(n, arm, 1),
-    "arm-matched": ArmMatched.of,
+    "hub-matched": lambda arm, n: HubMatched(n),
+    "static": lambda arm, n: WithStatic(ClampedFree(n - 1)) if n > 1 else ClampedFree(1),
+    "one step": lambda arm, n: ArmMatched(n, 1),
+    "arm-matched": lambda arm, n: ArmMatched(n),
 }
 
 # (arm, basis, rate, reason)
@@ -102,5 +102,5 @@ def test_hub_matched_functions_are_exact_on_a_uniform_arm(ratio: float, payload:
     """Every Ritz frequency is a natural frequency, so the highest function is no false mode."""
     arm = Arm(Beam(2.0, 3.0, 5.0), Hub(8.0 * ratio, 0.2), Payload(6.0 * payload, payload))
     exact = truth(arm, 6)
-    omega = assemble(arm, HubMatched.of(arm, 6)).omega
+    omega = assemble(arm, HubMatched(6)).omega
     assert omega == pytest.approx(exact.omega, rel=1e-12 + exact.tolerance)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.polynomial import Legendre
 from numpy.testing import assert_allclose
 from scipy.special import roots_legendre
 
@@ -96,3 +97,43 @@ def test_edges_that_are_no_numbers_are_refused(edges: tuple) -> None:
 
 def test_edges_may_be_a_list() -> None:
     assert hash(Polynomial(3, [0.5])) == hash(Polynomial(3, (0.5,)))
+
+
+def integrated(
+    xi: np.ndarray, edges: tuple[float, ...], n: int, k: int, derivative: int
+) -> np.ndarray:
+    """Function k by numpy's own integration of one Legendre polynomial on one panel."""
+    bounds = [0.0, *edges, 1.0]
+    degree, panel = divmod(k, len(bounds) - 1)
+    left, right = bounds[panel], bounds[panel + 1]
+    norm = np.sqrt((2 * degree + 1) / (right - left))
+    curvature = norm * Legendre.basis(degree, domain=[left, right])
+    slope, shape = curvature.integ(1, lbnd=left), curvature.integ(2, lbnd=left)
+    here = (xi >= left) & ((xi < right) | (right == 1.0))
+    beyond = (slope(right), shape(right) + slope(right) * (xi - right))
+    values = (
+        np.where(xi < left, 0.0, np.where(here, shape(xi), beyond[1])),
+        np.where(xi < left, 0.0, np.where(here, slope(xi), beyond[0])),
+        np.where(here, curvature(xi), 0.0),
+    )
+    return values[derivative]
+
+
+@pytest.mark.parametrize("edges", [(), (0.4,), (0.1, 0.35, 0.8), tuple(np.arange(1, 40) / 40)])
+@pytest.mark.parametrize("n", [1, 2, 7, 45])
+@pytest.mark.parametrize("derivative", [0, 1, 2])
+def test_sums_panel_by_panel_are_those_of_the_whole_matrix(
+    edges: tuple[float, ...], n: int, derivative: int
+) -> None:
+    """Evaluated, combined and projected: the matrix of all functions, and its transpose."""
+    rng = np.random.default_rng(n)
+    basis = Polynomial(n, edges)
+    xi = np.concatenate([[0.0, 1.0, *edges], rng.uniform(0, 1, 50)])
+    matrix = np.column_stack([integrated(xi, edges, n, k, derivative) for k in range(n)])
+    # A rounded point moves the Legendre polynomial of degree d by up to d² ε at an edge.
+    size = (8 + n**2) * EPS * np.abs(matrix).max()
+    assert_allclose(basis.evaluate(xi, derivative), matrix, rtol=0, atol=size)
+    given, values = rng.standard_normal((n, 3)), rng.standard_normal((len(xi), 3))
+    scale = 8 * EPS * (n + len(xi)) * np.abs(matrix).max()
+    assert_allclose(basis.combined(xi, derivative, given), matrix @ given, rtol=0, atol=scale)
+    assert_allclose(basis.projected(xi, derivative, values), matrix.T @ values, rtol=0, atol=scale)

@@ -113,7 +113,7 @@ def plants(orders: Sequence[int]) -> Iterable[tuple[str, str, int, str, Generali
         objective = objective_for(arm)
         for basis in BASES:
             for n in orders:
-                model = assemble(arm, create(basis, n, arm))
+                model = assemble(arm, create(basis, n))
                 for coordinates in ("modal", "physical"):
                     plant = generalised_plant(model, objective, coordinates=coordinates)
                     yield name, basis, n, coordinates, plant
@@ -164,7 +164,7 @@ def growth(orders: Sequence[int] = (5, 8, 12, 16, 20, 26, 35)) -> None:
     objective = objective_for(arm)
     states, per_iteration = [], []
     for n in orders:
-        plant = generalised_plant(assemble(arm, create("clamped-free", n, arm)), objective)
+        plant = generalised_plant(assemble(arm, create("clamped-free", n)), objective)
         reference, riccati = timed_lqg(plant)
         line = output_feedback(plant, "separated", reference.h2_cost)
         states.append(len(plant.A))

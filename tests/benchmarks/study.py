@@ -33,7 +33,8 @@ from slewctl import Arm, GeneralisedPlant, Model, arms, assemble, generalised_pl
 from slewctl.basis import create
 from slewctl.compare import Grid, Piece, Point, Setting, Study, Work, evaluate_point, run_study
 from slewctl.compare.grid import arm_of, objective_of, slew_of
-from slewctl.compare.sweep import rows, sweep
+from slewctl.compare.results_file import rows
+from slewctl.compare.sweep import sweep
 from slewctl.plant import state_space
 
 ARM, TRUTH_MODES = arms.paper_beam(), 20
@@ -101,7 +102,7 @@ place_of = lru_cache(maxsize=8)(Place)
 @lru_cache(maxsize=64)
 def design_model(arm: Arm, basis: str, n: int) -> Model:
     """Return the model of n functions, kept as slewctl's study keeps it."""
-    return assemble(arm, create(basis, n, arm))
+    return assemble(arm, create(basis, n))
 
 
 def gains(plant: GeneralisedPlant) -> tuple[np.ndarray, np.ndarray, float]:

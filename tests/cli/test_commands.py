@@ -178,6 +178,7 @@ def test_arms_lists_the_catalogue_and_tells_about_one() -> None:
     one = slewctl("arms", "quanser-flexible-link")
     assert "source: Quanser" in one.stdout
     assert "uncertain: " in one.stdout
+    assert "damping ratio to design with: 0.01 (assumed: " in one.stdout
     assert re.search(r"hub-locked +1 +4\.029\d* +4\.12 +-2\.20%", one.stdout)
     wrong = slewctl("arms", "quanser")
     assert wrong.returncode == 2

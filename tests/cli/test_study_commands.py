@@ -8,9 +8,13 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import gettempdir
 
 import distributed
+import psutil
 import pyarrow.parquet
 import pytest
 from command_line import slewctl
@@ -60,11 +64,19 @@ def test_study_answers_and_goes_on_where_it_was(study: Path, tmp_path: Path) -> 
     assert again.returncode == 2
     assert "go on with it by --resume, or remove it" in again.stderr
     before = files(out)
-    start = time.monotonic()
-    resumed = slewctl("study", study, "--out", out, "--resume", "--parquet")
+    with pytest.MonkeyPatch.context() as patch:  # no design is tried a second time
+        patch.setattr("slewctl.compare.points.evaluate_point", pytest.fail)
+        resumed = slewctl("study", study, "--out", out, "--resume", "--parquet")
     assert resumed.stdout == done.stdout
+    assert resumed.stderr == ""
     assert files(out) == before
-    assert time.monotonic() - start < 60
+    results = out / "results.jsonl"
+    lines = results.read_text().splitlines(keepends=True)
+    results.write_text("".join([*lines[:3], "null\n", *lines[4:-1]]))
+    mended = slewctl("study", study, "--out", out, "--resume", "--parquet", "--workers", "1")
+    assert mended.stderr == f"slewctl: {results}:4: damaged; what it told is done again\n"
+    assert mended.stdout == done.stdout
+    assert files(out) == before
     study.write_text(STUDY.replace("modes = 6", "modes = 7"))
     other = slewctl("study", study, "--out", out, "--resume")
     assert "results of another study or version" in other.stderr
@@ -104,29 +116,94 @@ def test_parquet_is_refused_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
+class Running:
+    """A study in a process of its own, which leads a group as that of a terminal does."""
+
+    def __init__(
+        self, study: Path, out: Path, *options: str, stderr: int = subprocess.PIPE
+    ) -> None:
+        command = [sys.executable, "-m", "slewctl", "study", str(study), "--out", str(out)]
+        self.process = subprocess.Popen([*command, *options], stderr=stderr, start_new_session=True)
+        self.results = out / "results.jsonl"
+
+    def wait_for(self, lines: int) -> None:
+        deadline = time.monotonic() + 120
+        while not (self.results.exists() and self.results.read_bytes().count(b"\n") >= lines):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+
+    def end(self, number: int) -> str:
+        """Return what the study says when a signal ends it, and every process of it."""
+        family = psutil.Process(self.process.pid).children(recursive=True)
+        (os.killpg if number == signal.SIGINT else os.kill)(self.process.pid, number)
+        _, errors = self.process.communicate(timeout=60)
+        _, alive = psutil.wait_procs(family, timeout=30)
+        assert not alive
+        return (errors or b"").decode()
+
+
 @pytest.mark.slow
-def test_an_interrupted_study_says_how_to_go_on_and_ends_the_same(
-    study: Path, tmp_path: Path
-) -> None:
+def test_an_ended_study_says_how_to_go_on_and_ends_the_same(study: Path, tmp_path: Path) -> None:
     study.write_text(STUDY.replace("[1, 2]", "[1, 2, 3]").replace("[0.0, 1.0]", "[0.0, 0.3, 1.0]"))
     out, whole = tmp_path / "out", tmp_path / "whole"
-    command = [sys.executable, "-m", "slewctl", "study", str(study), "--out", str(out)]
-    process = subprocess.Popen(command, env=dict(os.environ), stderr=subprocess.PIPE)
-    results = out / "results.jsonl"
-    deadline = time.monotonic() + 60
-    while time.monotonic() < deadline and not (
-        results.exists() and results.read_text().count("\n") > 3
-    ):
-        time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert b"Traceback" not in errors
-    assert b"go on with --resume" in errors
-    assert not (out / "index.html").exists()
+    lines = 1
+    for number, options in ((signal.SIGINT, ()), (signal.SIGTERM, ("--resume",)),
+                            (signal.SIGKILL, ("--resume",))):  # fmt: skip
+        running = Running(study, out, *options)
+        running.wait_for(lines + 2)
+        told = running.end(number)
+        assert "Traceback" not in told
+        if number != signal.SIGKILL:
+            assert running.process.returncode == 128 + number
+            assert told == (
+                f"slewctl: interrupted; what was finished is in {running.results}: "
+                "go on with --resume\n"
+            )
+        assert not (out / "index.html").exists()
+        before, lines = lines, running.results.read_bytes().count(b"\n")
+        assert lines >= before
     assert slewctl("study", study, "--out", out, "--resume").returncode == 0
     assert slewctl("study", study, "--out", whole).returncode == 0
     assert files(out) == files(whole)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [0.0, 0.3, 0.9, 1.5])
+def test_an_interruption_while_workers_start_is_one_line(
+    study: Path, tmp_path: Path, delay: float
+) -> None:
+    running = Running(study, tmp_path / "out")
+    running.wait_for(1)
+    time.sleep(delay)
+    assert running.end(signal.SIGINT).count("\n") == 1
+    assert running.process.returncode == 130
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
+def test_a_full_standard_error_does_not_change_the_status(study: Path, tmp_path: Path) -> None:
+    with open("/dev/full", "wb") as full:
+        running = Running(study, tmp_path / "out", stderr=full.fileno())
+        running.wait_for(1)
+        running.end(signal.SIGTERM)
+    assert running.process.returncode == 128 + signal.SIGTERM
+
+
+def test_signals_mean_after_a_study_what_they_meant_before(study: Path, tmp_path: Path) -> None:
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.getsignal(number) for number in numbers]
+    (tmp_path / "out").write_text("")
+    assert slewctl("study", study, "--out", tmp_path / "out" / "deep").returncode == 2
+    assert [signal.getsignal(number) for number in numbers] == before
+
+
+def test_a_study_of_too_many_designs_is_refused_at_once(study: Path, tmp_path: Path) -> None:
+    ratios = str([k / 7 for k in range(3000)])
+    study.write_text(STUDY.replace("[0.0, 1.0]", ratios + "\npayload_ratios = " + ratios, 1))
+    done = slewctl("study", study, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert "36,000,000 designs are too many for a study; keep at most 1,000,000" in done.stderr
+    assert done.stderr.count("\n") == 1
 
 
 @pytest.mark.slow
@@ -140,11 +217,120 @@ def test_a_dask_cluster_makes_the_same_report(study: Path, tmp_path: Path) -> No
     assert files(tmp_path / "d") == files(tmp_path / "p")
 
 
-def test_a_cluster_that_is_not_there_is_told(study: Path, tmp_path: Path) -> None:
-    done = slewctl("study", study, "--out", tmp_path / "out", "--dask", "nonsense")
+@pytest.mark.parametrize(
+    ("address", "told"),
+    [
+        ("nonsense", "no Dask scheduler answers at 'nonsense'"),
+        ("", "no Dask scheduler answers at ''"),
+        ("inproc://x", "no Dask scheduler answers at 'inproc://x'"),
+        ("tls://127.0.0.1:9", "distributed.comm.tls"),
+    ],
+)
+def test_a_cluster_that_is_not_there_is_told(
+    study: Path, tmp_path: Path, address: str, told: str
+) -> None:
+    done = slewctl("study", study, "--out", tmp_path / "out", "--dask", address)
     assert done.returncode == 2
-    assert "--dask" in done.stderr
-    assert "Traceback" not in done.stderr
+    assert told in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_dask_is_an_extra_that_is_named(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    done = slewctl("study", study, "--out", tmp_path / "out", "--dask", "tcp://a:1")
+    assert done.returncode == 2
+    assert done.stderr == "slewctl: dask: Dask is not installed; pip install 'slewctl[dask]'\n"
+
+
+def test_workers_of_a_cluster_are_not_counted_here(study: Path, tmp_path: Path) -> None:
+    done = slewctl("study", study, "--out", tmp_path, "--dask", "tcp://a:1", "--workers", "2")
+    assert done.returncode == 2
+    assert "--dask has its own workers" in done.stderr
+
+
+@contextmanager
+def dask(
+    kind: str, *arguments: str, path: Sequence[Path] = ()
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a scheduler or a worker, with folders before all others on its path."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", f"distributed.cli.dask_{kind}", "--no-dashboard", *arguments],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([*map(str, path), *sys.path])},
+        cwd=gettempdir(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+@pytest.fixture
+def scheduler(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+    """A scheduler and its address."""
+    file = tmp_path / "scheduler.json"
+    with dask(
+        "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)
+    ) as process:
+        deadline = time.monotonic() + 60
+        while not file.exists():
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        yield process, json.loads(file.read_text())["address"]
+
+
+def started(address: str) -> None:
+    """Wait for a worker."""
+    with distributed.Client(address, set_as_default=False) as client:
+        client.wait_for_workers(1, timeout=60)
+
+
+@pytest.mark.slow
+def test_clusters_that_cannot_do_the_work_are_refused(
+    study: Path, tmp_path: Path, scheduler: tuple[subprocess.Popen[bytes], str]
+) -> None:
+    """Without a hang, and before a worker is lost to it."""
+    _, address = scheduler
+    command = ("study", study, "--out", tmp_path / "out", "--dask", address)
+    done = slewctl(*command)
+    assert done.returncode == 2
+    assert f"has no worker; start one: dask worker {address}" in done.stderr
+    (tmp_path / "bad/slewctl").mkdir(parents=True)
+    (tmp_path / "bad/slewctl/__init__.py").write_text("raise ImportError('not here')")
+    (tmp_path / "old/scipy-1.0.0.dist-info").mkdir(parents=True)
+    (tmp_path / "old/scipy-1.0.0.dist-info/METADATA").write_text(
+        "Metadata-Version: 2.1\nName: scipy\nVersion: 1.0.0\n"
+    )
+    for folder, told in (("bad", "cannot import slewctl"), ("old", "has scipy 1.0.0 (here ")):
+        with dask("worker", address, "--nthreads", "1", path=[tmp_path / folder]) as worker:
+            started(address)
+            done = slewctl(*command)
+            assert worker.poll() is None
+        assert done.returncode == 2
+        assert told in done.stderr
+        assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_dies_is_told_and_costs_nothing_finished(
+    study: Path, tmp_path: Path, scheduler: tuple[subprocess.Popen[bytes], str]
+) -> None:
+    process, address = scheduler
+    out, whole = tmp_path / "out", tmp_path / "whole"
+    with dask("worker", address, "--nthreads", "1"):
+        running = Running(study, out, "--dask", address)
+        running.wait_for(4)
+        process.kill()
+        _, errors = running.process.communicate(timeout=100)
+    assert running.process.returncode == 2
+    assert errors.decode().count("\n") == 1
+    assert "go on with --resume" in errors.decode()
+    assert slewctl("study", study, "--out", out, "--resume").returncode == 0
+    assert slewctl("study", study, "--out", whole).returncode == 0
+    assert files(out) == files(whole)
 
 
 def test_recommend_refuses_what_it_cannot_use(tmp_path: Path) -> None:
@@ -167,5 +353,6 @@ def test_recommend_gives_its_evidence_as_json(monkeypatch: pytest.MonkeyPatch) -
     assert done.returncode == 0, done.stderr
     advice = json.loads(done.stdout)
     assert advice["n"] in (1, 2)
+    assert advice["damping"].startswith("0.01 (assumed: ")
     chosen = [t for t in advice["trials"] if (t["basis"], t["n"]) == (advice["basis"], advice["n"])]
     assert all(trial["accepted"] for trial in chosen)

@@ -73,7 +73,7 @@ def random_design(rng: np.random.Generator, modes: int) -> tuple[Loop, Model]:
         arm = random_arm(rng)
         n, kind = int(rng.integers(1, 6)), str(rng.choice(BASES))
         basis = {"clamped-free": ClampedFree, "slewing": Slewing}.get(kind)
-        design = assemble(arm, basis(n) if basis else HubMatched.of(arm, n))
+        design = assemble(arm, basis(n) if basis else HubMatched(n))
         objective = random_objective(rng, design)
         try:
             with warnings.catch_warnings():

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import control
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 import slewctl as sc
-from slewctl.basis import NAMES
+from slewctl.basis import BASES, NAMES, Basis
 from slewctl.compare import REDUCTIONS, SOURCES, design_model
+from slewctl.files import read_design
 
 OBJECTIVE = sc.Objective({"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01, "tip": 1e-3})
 
@@ -41,6 +43,38 @@ def test_a_reduction_carries_its_bound_and_a_basis_its_model() -> None:
         design = design_model(truth, OBJECTIVE, source, 2)
         assert (design.model is None) == (source in REDUCTIONS)
         assert (design.reduced is None) == (source in NAMES)
+
+
+DESIGN = """
+title = "t"
+[arm]
+catalogue = "paper-beam"
+damping_ratio = 0.01
+hub = {{ inertia = 0.05 }}
+payload = {{ mass = 0.1 }}
+[model]
+basis = "{basis}"
+n = 4
+[controller]
+method = "lqg"
+limits = {{ tip = 0.1, torque = 1 }}
+noise = {{ torque = 0.1, theta = 1e-3 }}
+[slew]
+angle_deg = 30
+duration_s = 2
+"""
+
+
+@pytest.mark.parametrize("kind", BASES.values(), ids=BASES)
+def test_a_script_and_a_design_file_have_the_same_model(kind: type[Basis], tmp_path: Path) -> None:
+    path = tmp_path / "design.toml"
+    path.write_text(DESIGN.format(basis=kind.name), encoding="utf-8")
+    case = read_design(path).case
+    design = design_model(sc.truth(case.arm), case.objective, case.basis, case.n)
+    script = sc.assemble(case.arm, kind(4))
+    assert design.model is not None
+    for name in ("mass", "damping", "stiffness", "omega"):
+        assert_array_equal(getattr(design.model, name), getattr(script, name))
 
 
 def test_static_correction_in_the_loop_is_the_same_from_both_sides() -> None:

@@ -188,7 +188,7 @@ def test_weak_feedback_agrees_with_perturbation_theory() -> None:
 
 def test_stable_loop_has_no_destabilised_mode() -> None:
     arm = arm_with(0.1944)
-    plant = generalised_plant(assemble(arm, HubMatched.of(arm, 2)), FROM_HUB)
+    plant = generalised_plant(assemble(arm, HubMatched(2)), FROM_HUB)
     assert destabilised_mode(close(truth(arm, 6), FROM_HUB, lqg(plant))) is None
 
 

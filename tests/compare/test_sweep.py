@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-import json
 import os
+import random
 import signal
 import subprocess
 import sys
+import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import distributed
+import psutil
 import pytest
 import sweep_work
 
-from slewctl.compare.sweep import Piece, WorkerDiedError, rows, sweep
+from slewctl.compare.results_file import rows
+from slewctl.compare.sweep import Piece, WorkerDiedError, _limited, sweep
+from slewctl.compare.versions import versions
 from slewctl.errors import InputError
 
 STAMP = {"study": "a"}
@@ -28,7 +34,7 @@ def pieces(count: int) -> list[Piece]:
 @pytest.fixture(autouse=True)
 def importable(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let worker processes import the functions that they are given."""
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(Path(__file__).parent), *sys.path)))
 
 
 def test_rows_come_back_in_order_whoever_computed_them(tmp_path: Path) -> None:
@@ -73,11 +79,11 @@ def test_a_second_run_goes_on_from_the_first(tmp_path: Path) -> None:
         sweep(counted, pieces(4), results, stamp=STAMP, executor=threads)
         with results.open("a") as file:
             file.write('{"key": "00004", "ro')  # a kill tears the last line
-        sweep(counted, pieces(7), results, stamp=STAMP, executor=threads, resume=True)
+        assert len(rows(results)) == 4
+        sweep(counted, pieces(7), results, stamp=STAMP, executor=threads, resume=True,
+              notice=pytest.fail)  # fmt: skip
     assert sorted(done) == list(range(7))
     assert [row["square"] for row in rows(results)] == [i**2 for i in range(7)]
-    for line in results.read_text().splitlines():
-        json.loads(line)
 
 
 def test_files_of_other_sweeps_are_refused(tmp_path: Path) -> None:
@@ -103,31 +109,87 @@ def test_a_killed_worker_costs_nothing_and_a_killer_is_named(tmp_path: Path) -> 
     assert [row["number"] for row in rows(tmp_path / "r")] == [0, 1, 2, 4, 5, 6, 7, 8]
 
 
+SCRIPT = """\
+import sys, sweep_work
+from pathlib import Path
+from slewctl.compare.sweep import Piece, sweep
+if __name__ == "__main__":
+    work = [Piece(f"{i:05d}", i) for i in range(1000)]
+    sweep(sweep_work.slow, work, Path(sys.argv[1]), stamp={}, workers=2, resume=True)
+"""
+
+
+class Sweep:
+    """A sweep of 1,000 slow pieces in a process of its own, with two workers."""
+
+    def __init__(self, folder: Path) -> None:
+        self.results = folder / "results"
+        (folder / "run.py").write_text(SCRIPT)
+        self.process = subprocess.Popen(
+            [sys.executable, str(folder / "run.py"), str(self.results)],
+            stderr=subprocess.PIPE, start_new_session=True,
+        )  # fmt: skip
+
+    def wait_for(self, finished: int) -> None:
+        deadline = time.monotonic() + 120
+        while not (self.results.exists() and self.results.read_bytes().count(b"\n") > finished):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+
+    def workers(self) -> list[psutil.Process]:
+        return psutil.Process(self.process.pid).children(recursive=True)
+
+    def end(self, number: int) -> bytes:
+        """Return what stands on standard error after the end of every process of it.
+
+        Ctrl-C comes to all processes of a terminal, another signal to the first of them.
+        """
+        family = self.workers()
+        (os.killpg if number == signal.SIGINT else os.kill)(self.process.pid, number)
+        _, errors = self.process.communicate(timeout=60)
+        _, alive = psutil.wait_procs(family, timeout=30)
+        assert not alive
+        return errors
+
+
 def test_an_interruption_leaves_what_was_finished(tmp_path: Path) -> None:
-    results = tmp_path / "r"
-    code = (
-        "import sys, sweep_work\nfrom pathlib import Path\n"
-        "from slewctl.compare.sweep import Piece, sweep\n"
-        "if __name__ == '__main__':\n"
-        "    work = [Piece(f'{i:05d}', i) for i in range(1000)]\n"
-        "    sweep(sweep_work.slow, work, Path(sys.argv[1]), stamp={}, workers=2)\n"
-    )
-    script = tmp_path / "run.py"
-    script.write_text(code)
-    process = subprocess.Popen(
-        [sys.executable, str(script), str(results)], env=dict(os.environ), stderr=subprocess.PIPE
-    )
-    deadline = time.monotonic() + 60
-    while time.monotonic() < deadline and not (
-        results.exists() and results.read_text().count("\n") > 3
-    ):
-        time.sleep(0.1)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=30)
-    assert process.returncode != 0
+    interrupted = Sweep(tmp_path)
+    interrupted.wait_for(3)
+    errors = interrupted.end(signal.SIGINT)
+    assert interrupted.process.returncode != 0
     assert errors.count(b"Traceback") == 1  # the parent's own; no worker complains
-    found = rows(results)
-    assert 3 <= len(found) < 1000
+    assert 3 <= len(rows(interrupted.results)) < 1000
+
+
+@pytest.mark.slow
+def test_a_sweep_killed_at_random_moments_ends_with_the_same_rows(tmp_path: Path) -> None:
+    """No worker outlives the sweep, and what was finished before is there after."""
+    chance = random.Random(7)
+    before = 0
+    for number in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT):
+        killed = Sweep(tmp_path)
+        killed.wait_for(before + chance.randint(0, 12))
+        for worker in killed.workers()[-1:]:
+            worker.kill()  # which the sweep survives
+        time.sleep(chance.uniform(0, 1))
+        errors = killed.end(number)
+        assert b"Traceback" not in errors or number == signal.SIGINT, errors
+        found = [row["number"] for row in rows(killed.results)]
+        assert len(found) >= before
+        before = len(found)
+    with ThreadPoolExecutor(50) as threads:
+        sweep(sweep_work.slow, pieces(1000), killed.results, stamp={}, executor=threads,
+              resume=True, notice=pytest.fail)  # fmt: skip
+    assert list(rows(killed.results)) == [{"number": i} for i in range(1000)]
+
+
+def test_no_worker_outlives_a_killed_sweep(tmp_path: Path) -> None:
+    killed = Sweep(tmp_path)
+    killed.wait_for(3)
+    assert len(killed.workers()) >= 2
+    errors = killed.end(signal.SIGKILL)
+    assert b"Traceback" not in errors
+    assert 3 <= len(rows(killed.results)) < 1000
 
 
 @pytest.mark.slow
@@ -167,8 +229,95 @@ def test_rows_are_a_sequence_of_mappings(tmp_path: Path) -> None:
 def test_rows_with_other_keys_are_no_results(tmp_path: Path) -> None:
     results = tmp_path / "r"
     with ThreadPoolExecutor(1) as threads:
-        sweep(sweep_work.squares, pieces(2), results, stamp=STAMP, executor=threads)
-    with results.open("a") as file:
-        file.write('{"key": "z", "rows": [{"number": 1, "cube": 1.0}]}\n')
+        sweep(lambda key: [{key: 1.0}], [Piece(key, key) for key in "ab"], results, stamp=STAMP,
+              executor=threads)  # fmt: skip
     with pytest.raises(InputError, match="not the results of a sweep"):
         rows(results)
+
+
+class Scheduler:
+    """What Dask's executor is to a sweep: workers come and go, and so may the scheduler."""
+
+    def __init__(self, threads: dict[str, int]) -> None:
+        self.threads = threads
+        self.waiting: list[tuple[Future[object], Callable[[], object]]] = []
+
+    def nthreads(self) -> dict[str, int]:
+        if not self.threads:
+            raise OSError("no scheduler")
+        return self.threads
+
+    def submit(self, function: Callable[..., object], *arguments: object) -> Future[object]:
+        future: Future[object] = Future()
+        self.waiting.append((future, lambda: function(*arguments)))
+        return future
+
+    def cancel(self) -> None:
+        for future, _ in self.waiting:
+            future.cancel()
+            future.set_running_or_notify_cancel()
+
+    @property
+    def executor(self) -> Executor:
+        executor = Executor()
+        vars(executor).update(submit=self.submit, _client=self)
+        return executor
+
+
+def test_pieces_in_flight_follow_the_workers_of_a_cluster(tmp_path: Path) -> None:
+    cluster = Scheduler({"a": 2})
+    seen: list[int] = []
+
+    def watched() -> Iterator[Piece]:
+        for piece in pieces(60):
+            if piece.work == 30:
+                cluster.threads = {"a": 2, "b": 8}
+            seen.append(len(cluster.waiting))
+            yield piece
+
+    def wait(
+        flying: Iterable[Future[object]], **_: object
+    ) -> tuple[set[Future[object]], set[object]]:
+        future, work = cluster.waiting.pop(0)
+        future.set_result(work())
+        return {future}, set()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys.modules[sweep.__module__], "wait", wait)
+        sweep(sweep_work.squares, watched(), tmp_path / "r", stamp=STAMP,
+              executor=cluster.executor)  # fmt: skip
+    assert max(seen[:30]) == 5  # three for each thread, the one being taken among them
+    assert max(seen) == 29
+    assert len(rows(tmp_path / "r")) == 60
+
+
+def test_an_executor_that_loses_its_workers_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules[sweep.__module__], "_PATIENCE", 0.05)
+    gone = Scheduler({})
+    with pytest.raises(WorkerDiedError, match=r"no worker is left; .*--resume"):
+        sweep(sweep_work.squares, pieces(3), tmp_path / "n", stamp=STAMP, executor=gone.executor)
+    dropping = Scheduler({"a": 1})
+    threading.Timer(0.2, dropping.cancel).start()
+    with pytest.raises(WorkerDiedError, match=r"dropped its work; .*--resume"):
+        sweep(sweep_work.squares, pieces(3), tmp_path / "d", stamp=STAMP,
+              executor=dropping.executor)  # fmt: skip
+
+
+def test_a_broken_pool_of_the_user_is_told(tmp_path: Path) -> None:
+    work = [Piece(f"{i:05d}", (i, str(tmp_path))) for i in range(9)]
+    with (
+        ProcessPoolExecutor(1, get_context("fork")) as pool,
+        pytest.raises(WorkerDiedError, match=r"its pool is broken; .*--resume"),
+    ):
+        sweep(sweep_work.deadly, work, tmp_path / "r", stamp=STAMP, executor=pool)
+
+
+def test_a_worker_of_another_version_is_refused() -> None:
+    """On whatever executor, and whenever it comes."""
+    wanted = {**versions(), "scipy": "99.1"}
+    with pytest.raises(
+        InputError, match=rf"a worker has scipy {versions()['scipy']} \(here 99.1\)"
+    ):
+        _limited(sweep_work.squares, 1, wanted)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 
+import control
 import numpy as np
 import pytest
 from design_problems import OBJECTIVES, design_plant
+from general_plants import made
 
 from slewctl import DesignError, GeneralisedPlant, Objective, kalman, lqg, lqr
-from slewctl.design import Certificate, Check
+from slewctl.design import Certificate, Check, finished
 from slewctl.linalg import RiccatiSolution
 
 
@@ -41,7 +44,7 @@ def test_tampered_result_is_not_verified(
     def tampered(plant: GeneralisedPlant) -> RiccatiSolution:
         return tamper(original(plant))  # type: ignore[operator]
 
-    monkeypatch.setitem(lqg.__globals__, which, tampered)
+    monkeypatch.setitem(vars(sys.modules["slewctl.design.lqg"]), which, tampered)
     certificate = lqg(design_plant(2)).certificate
     assert not certificate.verified
     assert str(certificate).startswith("NOT verified (")
@@ -91,3 +94,26 @@ def test_controller_names_its_signals_and_gains() -> None:
     assert controller.system.output_labels == ["torque"]
     assert controller.gains["state_feedback"].shape == (1, 6)
     assert controller.gains["observer"].shape == (6, 2)
+
+
+def test_what_is_not_verified_tells_what_failed_and_no_more() -> None:
+    passed = Check("poles", 0.0, 0.0)
+    failed = Check("real part of a pole", 0.25, 0.0, "narrow the range")
+    assert str(Certificate((passed, passed))).count("poles: 0.0e+00 <= 0e+00") == 2
+    told = str(Certificate((passed, failed, passed)))
+    assert told == (
+        "NOT verified (real part of a pole FAILED: 2.5e-01, at most 0e+00 allowed, "
+        "narrow the range; 2 others passed)"
+    )
+
+
+def test_a_pole_on_the_axis_is_not_verified() -> None:
+    """An integrator that the controller leaves alone: its pole is at zero, to rounding."""
+    plant = made(
+        np.diag([0.0, -1.0]), np.array([[0, 0, 0], [1.0, 0, 1]]), [[0, 1], [0, 0], [0, 1]],
+        np.array([[0, 0, 0], [0, 0, 1], [0, 1.0, 0]]),
+    )  # fmt: skip
+    system = control.ss(-2.0, 1.0, -0.5, 0.0, inputs=["y0"], outputs=["u"])
+    found = finished(plant, system, "own", {})
+    assert not found.certificate.verified
+    assert found.h2_cost == np.inf

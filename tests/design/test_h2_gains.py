@@ -70,7 +70,7 @@ def test_gap_of_the_state_feedback_is_below_1e_12_for_42_states(name: str) -> No
         {"torque": 0.1 * torque / size.omega[0] ** 0.5, "theta": 3e-3 / size.omega[0] ** 0.5},
     )
     found = h2_state_feedback(
-        generalised_plant(assemble(arm, create("clamped-free", 20, arm)), objective)
+        generalised_plant(assemble(arm, create("clamped-free", 20)), objective)
     )
     assert found.certificate.verified
     assert abs(found.gap) < 1e-12

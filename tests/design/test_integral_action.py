@@ -15,15 +15,18 @@ from strategies import deterministic
 from slewctl import (
     Arm,
     ClampedFree,
+    DesignError,
     Hub,
     InputError,
     Objective,
+    SlewctlError,
     assemble,
     close,
     generalised_plant,
     lqg,
     truth,
 )
+from slewctl.design.integral import slowest_motion
 from slewctl.linalg import h2_cost
 
 WITHOUT_ANGLE = Objective({"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "tip": 0.01})
@@ -87,7 +90,8 @@ def test_tighter_integral_costs_more_of_the_rest() -> None:
 def test_no_perturbed_controller_is_better(seed: int) -> None:
     """In the cost with the integral, which is what is minimised."""
     plant, limit = design_plant(2, TWO_SENSORS), 0.3
-    best = lqg(plant, integral_limit=limit).system
+    found = lqg(plant, integral_limit=limit)
+    best = found.system
     rng = np.random.default_rng(seed)
 
     def cost(size: float) -> float:
@@ -101,7 +105,7 @@ def test_no_perturbed_controller_is_better(seed: int) -> None:
         if np.linalg.eigvals(closed.A).real.max() >= 0:
             return np.inf
         integral = np.zeros((1, closed.nstates))
-        integral[0, -1] = 1 / limit
+        integral[0, -1] = found.state_scale[-1] / limit
         return h2_cost(closed.A, closed.B, np.vstack([closed.C, integral])).value
 
     optimum = cost(0.0)
@@ -129,3 +133,25 @@ def test_friction_and_back_emf_make_no_difference() -> None:
     closed = plant.close(lqg(plant, integral_limit=0.5).system)
     angle = list(closed.output_labels).index("z_theta")
     assert abs(closed.dcgain()[angle, 0]) < 1e-12
+
+
+@pytest.mark.parametrize("given", [{}, {"sample_time": 0.01}])
+def test_an_integral_says_how_slow_it_is(given: dict[str, float]) -> None:
+    """With a huge limit its pole is −1/(limit·…): the statement says what to expect of it."""
+    plant = design_plant(1, TWO_SENSORS)
+    slow = {
+        limit: float(lqg(plant, integral_limit=limit, **given).assumptions[-1].split()[-2])
+        for limit in (1e3, 1e4)
+    }
+    assert slow[1e4] == pytest.approx(10 * slow[1e3], rel=2e-2)
+
+
+def test_an_integral_that_does_nothing_is_refused() -> None:
+    plant = design_plant(1, TWO_SENSORS)
+    for limit in (1e10, 1e12, 1e14):
+        with pytest.raises(SlewctlError) as caught:
+            lqg(plant, integral_limit=limit, sample_time=0.01)
+        assert caught.value.where.startswith("integral_limit")
+    A, B = np.array([[-1.0, 0], [1, 0]]), np.array([[1.0], [0]])
+    with pytest.raises(DesignError, match="does nothing to working precision"):
+        slowest_motion(A, B, np.array([[1.0, 0.0]]))

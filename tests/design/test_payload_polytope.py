@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import control
 import numpy as np
 import pytest
 from constrained_problems import OBJECTIVE, OMEGA, arm, in_units, plant
@@ -30,6 +31,7 @@ from slewctl import (
 )
 from slewctl.arm import vary
 from slewctl.design.payload import Range, changed_dynamics, payload_lmi
+from slewctl.design.payload_loop import changed_plant, worst_of
 
 LAWS = [KelvinVoigt(1e-4), Rayleigh(0.1, 1e-4), None]
 
@@ -190,3 +192,33 @@ def test_eight_functions() -> None:
     problem = generalised_plant(assemble(arm(), ClampedFree(8)), OBJECTIVE)
     controller = payload_lmi(problem, payload_mass=[0.0, 0.1], decay_rate_min=0.02 * OMEGA)
     assert controller.certificate.verified, controller.certificate
+
+
+def test_an_unstable_arm_is_named_with_what_to_relax() -> None:
+    """A weak controller for a light tip, closed around arms that a heavy one turns unstable."""
+    nominal = plant(1)
+    changed = {(m, 1.0): changed_plant(nominal, m, 1.0) for m in (0.0, 1.0, 4.0)}
+    s = nominal.control_path
+    destabilising = control.ss(-1.0, np.eye(1, 2), 5.0, np.zeros((1, 2)),
+                               inputs=list(s.output_labels), outputs=["torque"])  # fmt: skip
+    worst = worst_of(destabilising, changed)
+    real = {at: np.linalg.eigvals(p.close(destabilising).A).real.max() for at, p in changed.items()}
+    assert worst.at == max(real, key=lambda at: real[at])
+    assert worst.real == pytest.approx(max(real.values()), rel=1e-9)
+    assert worst.cost == np.inf
+    told = str(worst.check(3))
+    assert f"payload of {worst.at[0]:.4g} kg, the worst of 3 changed arms FAILED" in told
+    assert told.endswith("narrow payload_mass or stiffness, or lower decay_rate_min")
+
+
+def test_a_plant_that_is_not_its_arms_is_not_verified() -> None:
+    whole = plant(1)
+    D = np.array(whole.system.D)
+    D[whole.performance :, -1] = -0.01  # a sensor that reads the actuator
+    system = control.StateSpace(
+        whole.A, whole.system.B, whole.system.C, D,
+        inputs=whole.system.input_labels, outputs=whole.system.output_labels,
+    )  # fmt: skip
+    found = payload_lmi(replace(whole, system=system), payload_mass=[0.0, 0.1])
+    assert not found.certificate.verified
+    assert "on the plant as given" in str(found.certificate)

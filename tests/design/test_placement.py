@@ -294,3 +294,64 @@ def test_design_plant_in_one_line() -> None:
     controller = pole_placement(design_plant(), bandwidth_hz=0.3, added_damping=0.05)
     assert controller.method == "pole-placement"
     assert sum("sensitivity" in line for line in controller.assumptions) == 2
+
+
+def lagged(plant: GeneralisedPlant, lag: float) -> GeneralisedPlant:
+    """The plant with its actuator behind a first-order lag, an odd number of states."""
+    system, n, w = plant.system, plant.system.nstates, plant.system.ninputs - 1
+    A, B = np.zeros((n + 1, n + 1)), np.zeros((n + 1, w + 1))
+    A[:n, :n], A[:n, n], A[n, n] = system.A, system.B[:, -1], -1 / lag
+    B[:n, :w], B[n, -1] = system.B[:, :w], 1 / lag
+    C = np.hstack([system.C, np.zeros((system.noutputs, 1))])
+    slow = control.StateSpace(
+        A, B, C, system.D,
+        inputs=system.input_labels, outputs=system.output_labels,
+        states=[*system.state_labels, "lag"],
+    )  # fmt: skip
+    return replace(plant, system=slow, model=None)
+
+
+@deterministic(12)
+@given(
+    arm=arms(),
+    n=st.integers(1, 4),
+    lag=st.sampled_from([3e-3, 0.05, 2.0]),
+    moved=st.floats(0.5, 3.0),
+)
+def test_a_lag_is_placed_as_ackermann_does_in_many_digits(
+    arm: Arm, n: int, lag: float, moved: float
+) -> None:
+    """With friction, which couples the modes, and without; the lag moved, or left (moved = 1)."""
+    bare = plant_of(replace(arm, damping_ratio=0.005), n)
+    plant = lagged(bare, lag)
+    poles = np.append(wished_poles(bare), -moved / lag)
+    state = scaled(plant).state
+    inverse = np.linalg.inv(state)
+    exact = ackermann(plant.A, plant.B2[:, 0], poles)
+    assert relative(place(plant, poles)[0] @ state, exact @ state) < 1e-9
+    observer = ackermann(plant.A.T, plant.C2[0], poles)
+    assert relative(inverse @ place_observer(plant, poles)[:, 0], inverse @ observer) < 1e-8
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.05])
+@pytest.mark.parametrize("objective", [OBJECTIVE, TWO_SENSORS])
+def test_wishes_leave_a_lag_where_it_is(friction: float, objective: Objective) -> None:
+    arm = uniform_arm()
+    bare = plant_of(replace(arm, hub=replace(arm.hub, friction=friction)), 3, objective)
+    plant = lagged(bare, 3e-3)
+    bandwidth = BANDWIDTH * bare.model.frequencies_hz[0]
+    controller = pole_placement(plant, bandwidth_hz=bandwidth, added_damping=ADDED)
+    assert controller.certificate.verified, str(controller.certificate)
+    K = controller.gains["state_feedback"]
+    closed = np.linalg.eigvals(in_energy(plant, plant.A - plant.B2 @ K))
+    assert pole_distance(closed, np.append(wished_poles(bare), -1 / 3e-3)) < 1e-7
+    assert any("not moved: the real pole" in line for line in controller.assumptions)
+
+
+def test_a_lag_keeps_its_pole_among_faster_ones() -> None:
+    bare = plant_of(uniform_arm(), 2)
+    plant = lagged(bare, 0.05)
+    K = place(plant, [-20.0, -30.0, -40.0, [-1.0, 1.0], [-1.0, -1.0], -2.0, -3.0])
+    own = np.linalg.eig(plant.A)
+    lag = own[1][:, int(np.argmin(np.abs(own[0] + 20)))].real
+    assert abs(K[0] @ lag) < 1e-12 * np.linalg.norm(K) * np.linalg.norm(lag)

@@ -128,7 +128,7 @@ bending_stiffness = { x = [1, 0], values = [1, 1] }
         read_arm(path)
     first, second = str(caught.value).split("\n")
     assert first.startswith(f"{path}:3: arm.beam.mass_per_length: 2 stations with 1 values")
-    assert second.startswith(f"{path}:4: arm.beam.bending_stiffness.x: stations [1.0, 0.0]")
+    assert second.startswith(f"{path}:4: arm.beam.bending_stiffness.x: stations do not increase")
 
 
 def test_a_slew_is_asked_for_only_where_something_is_required_of_it(tmp_path: Path) -> None:

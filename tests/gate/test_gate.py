@@ -51,7 +51,7 @@ def test_a_variation_is_the_nominal_controller_on_the_truth_of_the_varied_arm(
     design = read_design(written(tmp_path, "x.toml", VARIED))
     result = examine(design)
     case = design.case
-    model = assemble(case.arm, create(case.basis, case.n, case.arm))
+    model = assemble(case.arm, create(case.basis, case.n))
     controller = lqg(generalised_plant(model, case.objective))
     for name, arm in {
         NOMINAL: case.arm,

@@ -32,7 +32,7 @@ from slewctl import (
 from slewctl.compare import QUANTITIES, Case, evaluate, read
 from slewctl.design import given as designed_elsewhere
 from slewctl.loop import SampledLoop
-from slewctl.loop.slew import _feedforward, _rigid_readings
+from slewctl.loop.slew_inputs import feedforward, rigid_readings
 
 Array = NDArray[np.float64]
 
@@ -191,10 +191,10 @@ def slow_walk(loop: SampledLoop, slew: Slew, fine: int) -> tuple[Array, Array]:
         if i % fine == 0:
             now = np.array([i * T / fine])
             y = loop.plant.C2 @ x - np.array(
-                _rigid_readings(loop, *(float(r[0]) for r in slew.reference(now)))
+                rigid_readings(loop, *(float(r[0]) for r in slew.reference(now)))
             )
             ends = slew.reference(np.array([0.0, T]) + now + delay)
-            added = _feedforward(loop, *(float(np.diff(ends[j])[0]) / T for j in (0, 1)))
+            added = feedforward(loop, *(float(np.diff(ends[j])[0]) / T for j in (0, 1)))
             computed.append(float((K.C @ k + K.D @ y)[0]) + added)
             k = K.A @ k + K.B @ y
         arrived = (i - late) // fine

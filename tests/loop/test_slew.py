@@ -13,7 +13,8 @@ from loop_examples import OBJECTIVE, TWO_SENSORS, loop_on, stable_loop, uniform_
 
 from slewctl import InputError, Loop, Objective, Slew, simulate_slew
 from slewctl.arm import Motor, Rayleigh
-from slewctl.loop.slew import _feedforward, _rigid_readings, _tracking_system
+from slewctl.loop.continuous_motion import tracking_system
+from slewctl.loop.slew_inputs import feedforward, rigid_readings
 
 ANGLES = st.floats(1e-2, 180) | st.floats(-180, -1e-2)
 
@@ -85,7 +86,7 @@ def test_ends_at_the_angle_without_steady_error(objective: Objective, friction: 
 def test_starts_at_rest() -> None:
     response = simulate_slew(stable_loop(), Slew(40.0, 4.0))
     for signal in (response.theta, response.tip, response.tip_deflection, response.torque):
-        assert signal[0] == 0
+        assert abs(signal[0]) < 1e-14 * np.abs(signal).max()
 
 
 def test_stiff_arm_follows_the_reference() -> None:
@@ -138,7 +139,8 @@ def test_linear_in_the_angle(angle: float) -> None:
     for name in ("theta", "tip", "tip_deflection", "torque", "tip_reference"):
         first, second = getattr(one, name), getattr(other, name)
         np.testing.assert_allclose(second, -angle * first, atol=1e-12 * np.abs(second).max())
-    assert other.summary.settling_time_s == one.summary.settling_time_s
+    assert other.summary.settling_time_s == pytest.approx(one.summary.settling_time_s, rel=1e-9)
+    assert other.summary.overshoot == pytest.approx(one.summary.overshoot, rel=1e-9)
     assert other.summary.residual_m == pytest.approx(angle * one.summary.residual_m, rel=1e-9)
     assert other.summary.peak_torque == pytest.approx(angle * one.summary.peak_torque, rel=1e-9)
 
@@ -154,20 +156,9 @@ def test_settling_time_is_when_the_tip_comes_within_two_per_cent_for_good() -> N
     response = simulate_slew(loop, settled(loop, Slew(40.0, 1.0)), points=4001)
     summary, travel = response.summary, 1.1 * np.radians(40.0)
     outside = np.abs(response.tip - travel) > 0.02 * travel
-    # The summary looks four times between the points of the curves.
     after = response.t >= summary.settling_time_s
     assert not outside[after].any()
     assert outside[np.flatnonzero(after)[0] - 1]
-    resting = np.abs(response.tip - travel)[response.t >= 1.0].max()
-    assert resting <= summary.residual_m == pytest.approx(resting, rel=0.02)
-    peak = np.abs(response.torque).max()
-    assert peak <= summary.peak_torque == pytest.approx(peak, rel=0.02)
-
-
-def test_unsettled_response_says_so() -> None:
-    summary = simulate_slew(stable_loop(), Slew(40.0, 2.0, horizon_s=2.0001)).summary
-    assert summary.settling_time_s == np.inf
-    assert summary.residual_m > 0
 
 
 def test_response_is_exact_at_its_points_however_few() -> None:
@@ -189,11 +180,11 @@ def test_response_agrees_with_python_controls_on_fine_inputs() -> None:
     angle, rate, acceleration = slew.reference(t)
     inputs = np.array(
         [
-            [*_rigid_readings(loop, *at), _feedforward(loop, *at[1:])]
+            [*rigid_readings(loop, *at), feedforward(loop, *at[1:])]
             for at in zip(angle, rate, acceleration, strict=True)
         ]
     ).T
-    theirs = control.forced_response(_tracking_system(loop), t, inputs).outputs
+    theirs = control.forced_response(tracking_system(loop), t, inputs).outputs
     np.testing.assert_allclose(ours.tip, theirs[2][::128], atol=1e-6)
 
 
@@ -238,7 +229,8 @@ def test_voltage_turns_the_arm_to_the_angle(friction: float) -> None:
     assert response.tip[-1] == pytest.approx(1.1 * final, rel=1e-9)
     assert abs(response.actuator[-1]) < 1e-9
     assert abs(response.torque[-1]) < 1e-9
-    assert response.summary.peak_voltage == np.abs(response.actuator).max()
+    drawn = np.abs(response.actuator).max()
+    assert drawn <= response.summary.peak_voltage == pytest.approx(drawn, rel=1e-3)
 
 
 def test_torque_under_voltage_is_what_moves_the_arm() -> None:

@@ -41,6 +41,7 @@ from slewctl import (
     assemble,
     truth,
 )
+from slewctl.model import frequencies
 from slewctl.plant import state_space
 
 EPS = np.finfo(float).eps
@@ -271,3 +272,13 @@ def test_arm_modes_are_the_basis_that_needs_no_more_functions(full_arm: Arm) -> 
     for n in (1, 3, 6):
         model = assemble(full_arm, arm_modes(full_arm, n))
         np.testing.assert_allclose(model.omega, exact.omega[:n], rtol=1e-10)
+
+
+@pytest.mark.parametrize("modes", [501, 10**9, 10**400])
+def test_more_modes_than_can_be_computed_are_refused_with_the_limit(
+    modes: int, full_arm: Arm
+) -> None:
+    for ask in (truth, frequencies):
+        with pytest.raises(InputError, match="where 500 are the most") as error:
+            ask(full_arm, modes)
+        assert error.value.remedy == "give at most 500"

@@ -41,13 +41,17 @@ def test_with_a_hub_the_slewing_functions_are_poor(hub):
 
 def test_designs_on_clamped_free_functions_lose_little_from_a_tenth_on(hub):
     """And those on slewing functions lose more at every hub from 0.02 J_beam on."""
-    for point in hub.points:
-        cantilever, slewing = point.clamped_free.usual, point.slewing.usual
-        if point.ratio > 0.099:
-            assert cantilever.stable
-            assert cantilever.loss < 0.03
-        if point.ratio > 0.02:
-            assert not slewing.stable or slewing.loss > 4 * cantilever.loss
+    heavy = [point for point in hub.points if point.ratio > 0.099]
+    assert len(heavy) >= 3
+    for point in heavy:
+        assert point.clamped_free.usual.stable
+        assert -1e-7 < point.clamped_free.usual.loss < 0.03
+    some = [point for point in hub.points if point.ratio > 0.02]
+    assert len(some) > len(heavy)
+    for point in some:
+        slewing = point.slewing.usual
+        assert not slewing.stable or slewing.loss > 4 * point.clamped_free.usual.loss
+    assert any(point.slewing.usual.stable for point in some)
 
 
 def test_slewing_design_is_unstable_at_some_hubs(hub):

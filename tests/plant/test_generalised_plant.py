@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import control
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from slewctl import Arm, GeneralisedPlant, InputError, Objective, Slewing, assemble
@@ -205,3 +209,83 @@ def test_transfer_function_controller_is_taken_or_refused(plant: GeneralisedPlan
     except InputError:
         return
     assert closed.nstates >= plant.system.nstates
+
+
+def general(seed: int, dt: float = 0.0) -> GeneralisedPlant:
+    """A plant with every block of D filled, and poles on both sides."""
+    rng = np.random.default_rng(seed)
+    system = control.StateSpace(
+        *(rng.normal(size=shape) for shape in ((3, 3), (3, 4), (4, 3), (4, 4))), dt,
+        inputs=["w0", "w1", "w2", "u"], outputs=["z0", "z1", "y0", "y1"],
+    )  # fmt: skip
+    return GeneralisedPlant(system, ("y0", "y1"))
+
+
+@given(st.integers(0, 10**6), st.sampled_from([0.0, 0.1]))
+@settings(deadline=None, max_examples=40, derandomize=True)
+def test_close_takes_every_block_and_the_clock(seed: int, dt: float) -> None:
+    """Against python-control's own LFT, and against the algebra of its frequency response."""
+    plant = general(seed, dt)
+    rng = np.random.default_rng(seed + 1)
+    shapes = ((2, 2), (2, 2), (1, 2), (1, 2))
+    K = control.StateSpace(
+        *(rng.normal(size=shape) for shape in shapes), dt, inputs=["y0", "y1"], outputs=["u"]
+    )
+    closed = plant.close(K)
+    expected = plant.system.lft(control.StateSpace(K.A, K.B, K.C, K.D, dt), 1, 2)
+    condition = 1 / abs(1 - float((np.asarray(K.D) @ plant.D22)[0, 0]))
+    for name in "ABCD":
+        value = np.asarray(getattr(expected, name))
+        assert_allclose(getattr(closed, name), value, rtol=0, atol=1e-12 * (1 + condition) ** 2)
+    assert closed.dt == plant.system.dt
+    s = np.exp(0.7j) if dt else 0.7j
+    P, k = plant.system(s), K(s)
+    loop = P[:2, :3] + P[:2, 3:] @ k @ np.linalg.solve(np.eye(2) - P[2:, 3:] @ k, P[2:, :3])
+    assert_allclose(closed(s), loop, rtol=0, atol=1e-8 * (1 + condition) * np.abs(loop).max())
+
+
+def test_a_loop_without_delay_and_without_solution_is_refused() -> None:
+    plant = general(0)
+    gain = np.zeros((1, 2))
+    gain[0, 0] = 1 / plant.D22[0, 0]
+    static = control.ss([], [], [], gain, inputs=["y0", "y1"], outputs=["u"])
+    with pytest.raises(InputError, match="has no solution"):
+        plant.close(static)
+    plant.close(control.ss([], [], [], gain * (1 + 1e-9), inputs=["y0", "y1"], outputs=["u"]))
+
+
+def test_a_controller_on_another_clock_is_refused() -> None:
+    plant = general(0, 0.1)
+    for dt in (0.0, 0.2):
+        static = control.StateSpace(
+            [[0.5]], [[1, 0]], [[1.0]], [[0, 0]], dt, inputs=["y0", "y1"], outputs=["u"]
+        )
+        with pytest.raises(InputError, match=r"0\.1 s sampled"):
+            plant.close(static)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"sensors": ("z0",)}, "not the last outputs"),
+        ({"sensors": ("y1", "y0")}, "not the last outputs"),
+        ({"sensors": ()}, "not the last outputs"),
+        ({"sensors": ("z0", "z1", "y0", "y1")}, "no performance output"),
+        ({"system": None}, "is not a StateSpace"),
+        ({"system": control.tf([1], [1, 1])}, "is not a StateSpace"),
+        ({"system": control.rss(2, 4, 4, dt=True)}, "sample time is not known"),
+    ],
+)
+def test_what_is_no_plant_is_refused(change: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        replace(general(0), **change)
+
+
+def test_numbers_that_are_none_are_refused() -> None:
+    broken = general(0).system
+    A = np.array(broken.A)
+    A[0, 0] = np.inf
+    system = control.StateSpace(A, broken.B, broken.C, broken.D, inputs=broken.input_labels,
+                                outputs=broken.output_labels)  # fmt: skip
+    with pytest.raises(InputError, match="not finite"):
+        GeneralisedPlant(system, ("y0", "y1"))

@@ -6,7 +6,7 @@ import control
 import numpy as np
 import pytest
 
-from slewctl import GeneralisedPlant, h2_lmi, lqg
+from slewctl import GeneralisedPlant, h2_lmi, lqg, lqr
 from slewctl.linalg import solve_riccati
 from slewctl.loop import classical_margins
 
@@ -89,3 +89,41 @@ def test_h2_optimum_by_matrix_inequalities(formulation: str, turned: bool) -> No
     assert np.sqrt(controller.h2_cost) == pytest.approx(8.9582, abs=5e-5)
     gains = controller.gains["state_feedback"] @ T
     np.testing.assert_allclose(gains, [[0, 2 + np.sqrt(5), 0]], atol=1e-3)
+
+
+@pytest.mark.parametrize("epsilon", [1e-7, 1e-8, 1e-9, 1e-10])
+def test_stiff_servo_of_the_riccati_benchmark_collection(epsilon: float) -> None:
+    """Abels and Benner, CAREX, SLICOT Working Note 1999-14, example 2.7 (a magnetic tape drive).
+
+    As ε → 0 two poles go to infinity and the gain to a limit; no mode is hidden on the way.
+    """
+    fast = 1 / epsilon
+    A = np.array(
+        [[0, 0.4, 0, 0], [0, 0, 0.345, 0],
+         [0, -0.524 * fast, -0.465 * fast, 0.262 * fast], [0, 0, 0, -fast]]
+    )  # fmt: skip
+    b = np.array([[0.0], [0], [0], [fast]])
+    C, D = np.zeros((4, 4)), np.zeros((4, 3))
+    C[0, 0], C[1, 2], C[3, 0] = 1, 1, 1
+    D[2, 2], D[3, 1] = 1, 1
+    system = control.StateSpace(A, np.hstack([b, 0 * b, b]), C, D,
+                                inputs=["w", "n", "u"], outputs=["z1", "z2", "zu", "y"])  # fmt: skip
+    plant = GeneralisedPlant(system, ("y",))
+    limit = [[1, 0.86123441, 0.180359, 0.04618742]]
+    # The gain differs from its limit by a few ε.
+    np.testing.assert_allclose(lqr(plant).gain, limit, rtol=max(1e-7, 10 * epsilon))
+    Q, R = np.diag([1.0, 0, 1, 0]), np.eye(1)
+    np.testing.assert_allclose(lqr(plant, Q=Q, R=R).gain, limit, rtol=max(1e-7, 10 * epsilon))
+
+
+def test_h2_optimum_with_cross_terms() -> None:
+    """Scherer, Gahinet, Chilali, IEEE Trans. Automatic Control 42 (1997), example 7."""
+    A = np.array([[0.0, 10, 2], [-1, 1, 0], [0, 2, -5]])
+    B = np.array([[1.0, 0], [0, 1], [1, 0]])
+    C = np.array([[0.0, 1, 0], [0, 0, 1], [0, 0, 0], [0, 1, 0]])
+    D = np.array([[0.0, 0], [0, 0], [0, 1], [2, 0]])
+    system = control.StateSpace(A, B, C, D, inputs=["w", "u"], outputs=["z0", "z1", "z2", "y"])
+    plant = GeneralisedPlant(system, ("y",))
+    for found in (lqg(plant), h2_lmi(plant), h2_lmi(plant, formulation="joint")):
+        assert found.certificate.verified, found.certificate
+        assert found.h2_cost**0.5 == pytest.approx(7.7483506, rel=5e-7)

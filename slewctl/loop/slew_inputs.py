@@ -1,0 +1,124 @@
+"""What a loop is told during a slew, and what is read off it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.errors import InputError, check_number, check_positive
+from slewctl.loop.closed import Loop
+from slewctl.plant.signals import TORQUE, signal
+
+# Outputs of the loop that the signals are made of; below them stands the actuator.
+WATCHED = ("theta", "theta_dot", "tip", "tip_deflection")
+# Signals of a slew, and the voltage behind them where the arm has a motor.
+THETA, TIP, DEFLECTION, HUB_TORQUE, VOLTAGE = range(5)
+
+
+@dataclass(frozen=True)
+class Slew:
+    """A rest-to-rest turn along a quintic polynomial (minimum jerk).
+
+    Parameters
+    ----------
+    angle_deg : float
+        Angle turned, not zero.
+    duration_s : float
+        Time that the reference takes.
+    horizon_s : float, optional
+        Time drawn, longer than the duration; by default three times as long.  The summary
+        of a slew is of all times and does not depend on it.
+
+    Raises
+    ------
+    InputError
+        For no turn, or times that are not positive or too short.
+    """
+
+    angle_deg: float
+    duration_s: float
+    horizon_s: float | None = None
+
+    def __post_init__(self) -> None:
+        if check_number(self.angle_deg, "slew.angle_deg") == 0:
+            raise InputError("no turn", where="slew.angle_deg", remedy="give an angle")
+        check_positive(self.duration_s, "slew.duration_s")
+        with np.errstate(all="ignore"):
+            peak = np.abs(self.coefficients[2]).max()
+        if not np.finfo(float).tiny < peak < np.finfo(float).max:
+            raise InputError(
+                f"{self.angle_deg:g} degrees in {self.duration_s:g} s is an acceleration "
+                "outside the range of the numbers",
+                where="slew.duration_s",
+                remedy="give the time in seconds",
+            )
+        if self.horizon_s is not None:
+            check_positive(self.horizon_s, "slew.horizon_s")
+            if self.horizon_s <= self.duration_s:
+                raise InputError(
+                    f"{self.horizon_s:g} s ends before the slew of {self.duration_s:g} s",
+                    where="slew.horizon_s",
+                    remedy="make it longer than slew.duration_s",
+                )
+
+    @property
+    def end(self) -> float:
+        """Time drawn, in s."""
+        return 3 * self.duration_s if self.horizon_s is None else self.horizon_s
+
+    @property
+    def coefficients(self) -> Array:
+        """Angle (rad), rate and acceleration of the reference as powers of t/duration, (3, 6)."""
+        T, angle = np.float64(self.duration_s), np.radians(self.angle_deg)
+        powers = [[0, 0, 0, 10, -15, 6], [0, 0, 30, -60, 30, 0], [0, 60, -180, 120, 0, 0]]
+        return np.array(powers) * np.array([[angle], [angle / T], [angle / T / T]])
+
+    def reference(self, t: Array) -> tuple[Array, Array, Array]:
+        """Return angle (rad), rate and acceleration of the reference at times t."""
+        T, angle = self.duration_s, np.radians(self.angle_deg)
+        s = np.clip(t / T, 0.0, 1.0)
+        return (
+            angle * s**3 * (10 - 15 * s + 6 * s**2),
+            angle / T * 30 * s**2 * (1 - s) ** 2,
+            angle / T / T * 60 * s * (1 - s) * (1 - 2 * s),
+        )
+
+
+def rigid_readings(loop: Loop, angle: float, rate: float, acceleration: float) -> list[float]:
+    """Return what each sensor would read if the arm were rigid."""
+    motion = {"displacement": angle, "rate": rate, "acceleration": acceleration}
+    readings = []
+    for name in loop.controller.sensors:
+        sensor = signal(name, beam=loop.model.arm.beam)
+        readings.append(float(sensor.row(loop.model)[0] * motion[sensor.of]))
+    return readings
+
+
+def feedforward(loop: Loop, rate: float, acceleration: float) -> float:
+    """Return the actuator's signal that would turn the rigid arm along the reference."""
+    model = loop.model
+    # The first rows of M and D are those of the rigid rotation.
+    torque = model.mass[0, 0] * acceleration + model.damping[0, 0] * rate
+    motor = model.arm.motor
+    if loop.objective.actuator == TORQUE or motor is None:
+        return float(torque)
+    return float(motor.voltage(torque, rate))
+
+
+def told(loop: Loop) -> Array:
+    """Return [sensor references; feedforward] of angle, rate and acceleration, (inputs, 3)."""
+    columns = [[*rigid_readings(loop, *unit), feedforward(loop, *unit[1:])] for unit in np.eye(3)]
+    return np.array(columns).T
+
+
+def signals(loop: Loop) -> Array:
+    """Return the rows that make the signals of a slew of `WATCHED` and the actuator."""
+    theta, rate, tip, deflection, actuator = np.eye(len(WATCHED) + 1)
+    motor = loop.model.arm.motor
+    if motor is None:
+        return np.array([theta, tip, deflection, actuator])
+    if loop.objective.actuator == TORQUE:
+        return np.array([theta, tip, deflection, actuator, motor.voltage(actuator, rate)])
+    return np.array([theta, tip, deflection, motor.torque(actuator, rate), actuator])

@@ -1,0 +1,231 @@
+"""Invariant subspaces of a state matrix: the rigid body's, single modes, poles that coincide."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+
+import numpy as np
+from scipy.linalg import block_diag, schur
+from scipy.sparse.csgraph import connected_components
+
+from slewctl._types import Array, BoolArray, ComplexArray, IntArray
+from slewctl.errors import AccuracyError, InputError
+
+# A double pole at the origin is computed with an error of up to √ε‖A‖.
+_AT_ORIGIN = 1e-7
+# Poles this close to each other, relative, with eigenvectors at this angle or less are one
+# mode.  A pole of multiplicity m and its eigenvectors are computed with an error of about
+# ε^(1/m): the first value is for up to eight, the others where that leaves them parallel.
+_CLUSTERED = (0.03, 0.1, 0.3)
+# A transformation of a worse condition would spoil more digits than a reduction needs.
+_WORST_CONDITION = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """The invariant subspaces of one set of coupled states, in the whole system's states."""
+
+    rigid: Array  # columns of a basis of the rigid subspace
+    rigid_left: Array
+    rigid_block: Array
+    flexible: ComplexArray  # A of the flexible states
+    unitary: ComplexArray
+    right: ComplexArray
+    left: ComplexArray
+    modes: tuple[tuple[int, ...], ...]
+
+    @classmethod
+    def of(cls, A: Array, states: list[int], size: float) -> Piece:
+        block = A[np.ix_(states, states)]
+        poles, vectors = np.linalg.eig(block)
+        poles, vectors = poles.astype(complex), vectors.astype(complex)
+        slow = _rigid(poles, size)
+        Z, A_rigid = _rigid_subspace(block, np.abs(poles[slow]).max(initial=0.0), slow, size)
+        chosen = np.flatnonzero(~slow)
+        for width in _CLUSTERED:
+            clusters = _clusters(poles, vectors, chosen, width)
+            order, modes = _paired(poles, sorted(set(chosen.tolist()).difference(*clusters)))
+            bases = [_invariant(block, poles, cluster) for cluster in clusters]
+            T = np.hstack([Z, vectors[:, order], *bases])
+            if np.linalg.cond(T) <= _WORST_CONDITION:
+                break
+        else:
+            raise AccuracyError(
+                "the modes of the system are too nearly parallel to be told apart",
+                where="reduction",
+                remedy="use modal coordinates",
+            )
+        inverse = np.linalg.inv(T)
+        k, single = Z.shape[1], Z.shape[1] + len(order)
+        # The eigenvalues' errors are of the size of A; a Rayleigh quotient's are not.
+        exact = np.einsum("ij,jk,ki->i", inverse, block, T)[k:single]
+        exact = np.where(poles[order].imag == 0, exact.real, exact).astype(complex)
+        upper = np.flatnonzero(exact.imag > 0)
+        exact[upper + 1] = exact[upper].conj()
+        blocks, turns = [np.diag(exact)], [_to_real(exact)]
+        for start, cluster in zip(_starts(clusters, single), clusters, strict=True):
+            here = slice(start, start + len(cluster))
+            own, turn = schur((inverse[here] @ block @ T[:, here]).real, output="complex")
+            T[:, here], inverse[here] = T[:, here] @ turn, turn.conj().T @ inverse[here]
+            blocks.append(own)
+            turns.append(turn)
+        flexible = np.asarray(block_diag(*blocks), dtype=complex)
+        _refuse_unstable(np.diagonal(flexible), size)
+        whole = len(A)
+        right = np.zeros((whole, len(states)), dtype=complex)
+        left = np.zeros((len(states), whole), dtype=complex)
+        right[states], left[:, states] = T, inverse
+        return cls(
+            right[:, :k].real,
+            left[:k].real,
+            A_rigid,
+            flexible,
+            np.asarray(block_diag(*turns), dtype=complex),
+            right[:, k:],
+            left[k:],
+            consecutive([*modes, *clusters]),
+        )
+
+
+def _starts(groups: Sequence[Sequence[int]], first: int) -> list[int]:
+    """Return where each of consecutive groups begins."""
+    return [*accumulate((len(group) for group in groups[:-1]), initial=first)] if groups else []
+
+
+def _to_real(poles: ComplexArray) -> ComplexArray:
+    """Return U with x_real = U x for single poles: a pair to its real and imaginary part."""
+    U = np.eye(len(poles), dtype=complex)
+    for i in np.flatnonzero(poles.imag > 0):
+        U[i : i + 2, i : i + 2] = np.array([[1, 1], [1j, -1j]]) / np.sqrt(2)
+    return U
+
+
+def _clusters(
+    poles: ComplexArray, vectors: ComplexArray, chosen: IntArray, width: float
+) -> list[tuple[int, ...]]:
+    """Return the sets of poles, conjugates included, that are close with parallel eigenvectors."""
+    own, shapes = poles[chosen], vectors[:, chosen]
+    sizes = np.abs(own)
+    apart = np.abs(own[:, None] - own) / np.maximum(sizes[:, None], sizes)
+    # The rest of each eigenvector across another, which is the sine of their angle.
+    across = np.linalg.norm(
+        shapes[:, :, None] - shapes[:, None] * (shapes.conj().T @ shapes).T[None], axis=0
+    )
+    joined = (apart <= width) & (across <= width)
+    # The conjugate of a cluster is one as well; both are one mode, with real coordinates.
+    upper = chosen[own.imag > 0]
+    pairs = np.searchsorted(chosen, upper)
+    crowded = joined.sum(axis=0) > 1
+    joined[pairs, pairs + 1] |= crowded[pairs]
+    _, labels = connected_components(joined, directed=False)
+    groups = [chosen[labels == label] for label in np.unique(labels[crowded])]
+    return [tuple(int(i) for i in group) for group in groups]
+
+
+def _invariant(A: Array, poles: ComplexArray, cluster: tuple[int, ...]) -> Array:
+    """Return an orthonormal basis of the invariant subspace of some poles of A."""
+
+    def inside(real: float, imaginary: float) -> bool:
+        return int(np.argmin(np.abs(poles - complex(real, imaginary)))) in cluster
+
+    _, Z, found = schur(A, output="real", sort=inside)
+    if found != len(cluster):
+        raise AccuracyError(
+            "poles that coincide could not be told from others close by",
+            where="reduction",
+            remedy="use modal coordinates",
+        )
+    return np.asarray(Z[:, :found])
+
+
+def _rigid(poles: ComplexArray, size: float) -> BoolArray:
+    """Return which poles belong to the rigid body: at the origin, and the one beside it."""
+    rigid = np.abs(poles) <= _AT_ORIGIN * size
+    if rigid.sum() == 1:
+        rest = np.where(rigid | (poles.imag != 0), np.inf, np.abs(poles))
+        if rest.size and np.isfinite(rest.min()):
+            rigid = rigid.copy()
+            rigid[int(np.argmin(rest))] = True
+    return np.asarray(rigid)
+
+
+def _rigid_subspace(A: Array, largest: float, rigid: BoolArray, size: float) -> tuple[Array, Array]:
+    """Return a basis of the rigid body's subspace, and A on it as [[0, 1], [0, −d]]."""
+    count = int(rigid.sum())
+    if not count:
+        return np.zeros((len(A), 0)), np.zeros((0, 0))
+    limit = largest * (1 + 1e-6) + np.finfo(float).eps * size
+    # An ordered Schur form: the eigenvectors of a pole near the origin and of one at it are
+    # almost parallel, the plane that they span is well defined all the same.
+
+    def slow(real: float, imaginary: float) -> bool:
+        magnitude = np.hypot(real, imaginary)
+        at_origin = magnitude <= _AT_ORIGIN * size
+        return bool(at_origin or (imaginary == 0 and magnitude <= limit))
+
+    T, Z, found = schur(A, output="real", sort=slow)
+    if found != count:
+        raise AccuracyError(
+            "the rigid-body poles could not be told from the flexible ones",
+            where="reduction",
+            remedy="use modal coordinates",
+        )
+    Z, block = Z[:, :count], T[:count, :count]
+    if count == 1:
+        return Z, np.zeros((1, 1))
+    if count > 2:
+        check_rigid(count)
+    rate = -float(np.trace(block))
+    rate = 0.0 if abs(rate) <= len(A) * np.finfo(float).eps * size else rate
+    angle = np.linalg.svd(block)[2][-1]
+    angle *= np.sign(angle[np.argmax(np.abs(angle))])
+    # A w = v − d w: the matrix A + d has rank one, so its pseudoinverse is its transpose.
+    shifted = block + rate * np.eye(2)
+    if np.linalg.norm(shifted) <= _AT_ORIGIN * size:
+        check_rigid(3)
+    w = shifted.T @ angle / np.linalg.norm(shifted) ** 2
+    return Z @ np.column_stack([angle, w]), np.array([[0.0, 1.0], [0.0, 0.0 - rate]])
+
+
+def check_rigid(count: int) -> None:
+    if count > 2:
+        raise InputError(
+            "more poles at the origin than the one rotation of a rigid body has",
+            where="reduction",
+            remedy="leave integrators other than the arm's own out of the system",
+        )
+
+
+def _refuse_unstable(poles: ComplexArray, size: float) -> None:
+    growing = poles[poles.real > 1e-12 * size]
+    if growing.size:
+        raise InputError(
+            f"a pole at {growing.real.max():.3g} rad/s is unstable",
+            where="reduction",
+            remedy="reduce the open-loop arm, or a stable system",
+        )
+
+
+def _paired(poles: ComplexArray, kept: list[int]) -> tuple[list[int], tuple[tuple[int, ...], ...]]:
+    """Return an order of the poles in which those of one mode follow each other, and the modes.
+
+    Complex poles pair with their conjugates.  The real poles of overdamped modes pair from
+    the middle outwards: Kelvin–Voigt damping sends one of each to −1/η, the other far left.
+    """
+    pairs = [(i, i + 1) for i in kept if poles[i].imag > 0]
+    real = sorted((i for i in kept if poles[i].imag == 0), key=lambda i: -abs(poles[i]))
+    half, odd = divmod(len(real), 2)
+    groups: list[tuple[int, ...]] = [*pairs]
+    groups += [(real[half - 1 - i], real[half + i]) for i in range(half)]
+    if odd:
+        groups.append((real[-1],))
+    order = [i for group in groups for i in group]
+    return order, consecutive(groups)
+
+
+def consecutive(groups: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
+    """Return groups of the same lengths that count on from zero."""
+    ends = [0, *accumulate(len(group) for group in groups)]
+    return tuple(tuple(range(first, last)) for first, last in pairwise(ends))

@@ -1,0 +1,212 @@
+"""Peaks, settling, residual and overshoot of a slew: of all times, whatever is drawn."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from loop_examples import TWO_SENSORS, loop_on, stable_loop, uniform_arm
+from slew_oracle import walked
+from strategies import deterministic
+
+from slewctl import (
+    Arm,
+    Beam,
+    ClampedFree,
+    Hub,
+    Loop,
+    Objective,
+    Slew,
+    arms,
+    assemble,
+    close,
+    generalised_plant,
+    lqg,
+    simulate_slew,
+    truth,
+)
+from slewctl.arm import Motor
+from slewctl.errors import AccuracyError, InputError
+from slewctl.loop import SlewSummary
+from slewctl.loop.continuous_motion import tracking_system
+from slewctl.loop.decoupled import decoupled
+
+MOTOR = Motor(2.0, 0.05, 0.05, gear_ratio=20.0, gear_efficiency=0.9, motor_efficiency=0.8)
+VOLTAGE = Objective({"tip": 0.1, "voltage": 10.0}, TWO_SENSORS.noise)
+
+
+def paper_loop(damping_ratio: float) -> Loop:
+    """The paper's beam on a hub, and a quick design on two clamped-free functions."""
+    arm = Arm(arms.paper_beam().beam, hub=Hub(inertia=0.2), damping_ratio=damping_ratio)
+    objective = Objective(
+        {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
+    )
+    controller = lqg(generalised_plant(assemble(arm, ClampedFree(2)), objective))
+    return close(truth(arm, 10), objective, controller)
+
+
+def sampled_loop(T: float, delay: float, motor: bool = False) -> Loop:
+    arm = replace(uniform_arm(friction=0.1 * motor), motor=MOTOR if motor else None)
+    objective = VOLTAGE if motor else TWO_SENSORS
+    plant = generalised_plant(assemble(arm, ClampedFree(3)), objective)
+    return close(truth(arm, 6), objective, lqg(plant, sample_time=T, delay=delay))
+
+
+def summary(loop: Loop, slew: Slew) -> SlewSummary:
+    return simulate_slew(loop, slew, 11).summary
+
+
+def assert_agrees(loop: Loop, slew: Slew, end: float, steps: int, rel: float) -> None:
+    """No step of the walk exceeds what is claimed, and one comes near to it."""
+    claimed = summary(loop, slew)
+    seen = walked(loop, slew, max(end, 1.3 * claimed.settling_time_s), steps)
+    travel = 1.1 * abs(np.radians(slew.angle_deg))
+    pairs = [
+        (claimed.settling_time_s, seen.settling, seen.settling),
+        (claimed.residual_m, seen.residual, travel),
+        (claimed.overshoot, seen.overshoot, 1.0),
+        (claimed.peak_torque, seen.torque, seen.torque),
+    ]
+    if seen.voltage is not None:
+        assert claimed.peak_voltage is not None
+        pairs.append((claimed.peak_voltage, seen.voltage, seen.voltage))
+    for value, reached, scale in pairs:
+        assert -1e-9 * scale < value - reached < rel * scale
+
+
+def test_peak_torque_and_settling_of_the_papers_beam() -> None:
+    for horizon in (None, 6.0, 600.0):
+        found = summary(paper_loop(0.005), Slew(30.0, 2.0, horizon))
+        assert found.peak_torque == pytest.approx(0.39648813, rel=1e-7)
+        assert found.settling_time_s == pytest.approx(3.320655, rel=1e-6)
+    assert_agrees(paper_loop(0.005), Slew(30.0, 2.0), 12.0, 200_000, 1e-4)
+
+
+def test_last_entry_into_the_band_long_after_the_slew() -> None:
+    """ζ = 0.001 and a slew that excites every mode: each horizon once gave another answer."""
+    loop = paper_loop(0.001)
+    found = {summary(loop, Slew(30.0, 0.5, horizon)) for horizon in (None, 5.2, 5.4, 60.0)}
+    assert len(found) == 1
+    assert_agrees(loop, Slew(30.0, 0.5), 30.0, 200_000, 1e-4)
+
+
+@pytest.mark.parametrize("loop", [stable_loop(), sampled_loop(0.02, 0.013)], ids=["s", "z"])
+def test_summary_does_not_depend_on_what_is_drawn(loop: Loop) -> None:
+    found = {
+        simulate_slew(loop, Slew(40.0, 2.0, horizon), points).summary
+        for horizon in (None, 2.0001, 7.3, 1e3)
+        for points in (3, 401)
+    }
+    assert len(found) == 1
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3), st.sampled_from([0.0, 0.02]))
+@deterministic(8)
+def test_invariant_under_a_change_of_units(
+    length: float, mass: float, time: float, sampled: float
+) -> None:
+    found = []
+    for a, b, c in ((1.0, 1.0, 1.0), (10**length, 10**mass, 10**time)):
+        torque, second = b * a**2 / c**2, np.sqrt(c)
+        arm = Arm(
+            Beam(a, b / a, b * a**3 / c**2), Hub(0.3 * b * a**2, 0.1 * a), damping_ratio=0.005
+        )
+        objective = Objective(
+            {"tip": 0.1 * a, "torque": torque},
+            {"torque": 0.1 * torque * second, "theta": 0.01 * second, "theta_dot": 0.05 / second},
+        )
+        options = {"sample_time": sampled * c, "delay": 0.013 * c} if sampled else {}
+        controller = lqg(generalised_plant(assemble(arm, ClampedFree(2)), objective), **options)
+        s = summary(close(truth(arm, 5), objective, controller), Slew(40.0, 2.0 * c))
+        found.append([s.settling_time_s / c, s.residual_m / a, s.peak_torque / torque, s.overshoot])
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+
+
+@given(st.floats(-1.0, 1.3), st.sampled_from([40.0, -170.0]), st.floats(-2.5, -1.3))
+@deterministic(12)
+def test_continuous_slew_agrees_with_a_walk_in_fine_steps(
+    duration: float, angle: float, damping: float
+) -> None:
+    loop = loop_on(uniform_arm(damping_ratio=10**damping), TWO_SENSORS, modes=6)
+    slew = Slew(angle, 10**duration)
+    assert_agrees(loop, slew, slew.duration_s + 30.0, 100_000, 1e-3)
+
+
+@given(
+    st.sampled_from([0.04, 0.07, 0.1]),
+    st.sampled_from([0.0, 0.3, 1.0, 2.75]),
+    st.floats(-1.0, 0.5),
+    st.booleans(),
+)
+@deterministic(8)
+def test_sampled_slew_agrees_with_a_walk_in_fine_steps(
+    T: float, delay: float, duration: float, motor: bool
+) -> None:
+    loop, slew = sampled_loop(T, delay * T, motor), Slew(40.0, 10**duration)
+    assert_agrees(loop, slew, slew.duration_s + 8.0, 6_000, 5e-3)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+@pytest.mark.parametrize("duration", [0.2, 2.0])
+def test_motor_commanded_by_voltage_agrees_with_a_walk(friction: float, duration: float) -> None:
+    loop = loop_on(replace(uniform_arm(friction=friction), motor=MOTOR), VOLTAGE, modes=6)
+    assert_agrees(loop, Slew(-30.0, duration), 40.0, 100_000, 1e-3)
+
+
+def test_voltage_that_a_held_torque_needs_has_its_peak_between_the_samples() -> None:
+    """Under a held torque the hub, and with it the back-EMF, is fastest just before the next."""
+    arm, T = replace(uniform_arm(), motor=MOTOR), 0.1
+    plant = generalised_plant(assemble(arm, ClampedFree(3)), TWO_SENSORS)
+    loop, slew = close(truth(arm, 6), TWO_SENSORS, lqg(plant, sample_time=T)), Slew(40.0, 0.5)
+    assert_agrees(loop, slew, 8.0, 20_000, 1e-3)
+    found = simulate_slew(loop, slew, 31)
+    fast = np.gradient(found.theta, found.t)
+    at_samples = MOTOR.voltage(found.torque, fast)[np.isclose(found.t / T % 1, 0)]
+    assert found.summary.peak_voltage is not None
+    assert found.summary.peak_voltage > np.abs(at_samples).max() * 1.01
+
+
+def pd_loop(gain: float, rate: float) -> Loop:
+    pd = control.StateSpace(
+        [], [], [], [[-gain, -rate]], inputs=["theta", "theta_dot"], outputs=["torque"]
+    )
+    model = assemble(uniform_arm(stiffness=1e4, damping_ratio=0.02), ClampedFree(1))
+    return close(model, TWO_SENSORS, pd)
+
+
+@pytest.mark.parametrize("gain", [1.0, 30.0])
+def test_critically_damped_loop(gain: float) -> None:
+    """The rate feedback at which two poles meet: they have one eigenvector."""
+    low, high = 0.5, 100.0
+    for _ in range(60):
+        rate = (low + high) / 2
+        oscillates = pd_loop(gain, rate).poles[0].imag != 0
+        low, high = (rate, high) if oscillates else (low, rate)
+    loop = pd_loop(gain, rate)
+    assert abs(loop.poles[1] - loop.poles[0]) < 1e-6 * abs(loop.poles[0])
+    assert decoupled(np.asarray(tracking_system(loop).A)).blocks
+    assert_agrees(loop, Slew(30.0, 0.5), 40.0, 400_000, 1e-3)
+
+
+@pytest.mark.parametrize("T", [0.0, 0.02])
+@pytest.mark.parametrize("duration", [1e-300, 1e-150, 1e-50, 1e-9, 1e4, 1e9, 1e50, 1e150, 1e300])
+def test_absurd_durations_are_answered_or_refused(duration: float, T: float) -> None:
+    loop = sampled_loop(T, 0.0) if T else stable_loop()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            found = summary(loop, Slew(30.0, duration))
+        except (InputError, AccuracyError):
+            return
+    assert np.isfinite([found.settling_time_s, found.peak_torque]).all()
+    assert found.settling_time_s > 0.5 * duration
+
+
+def test_time_drawn_beyond_all_samples_is_refused() -> None:
+    with pytest.raises(InputError, match="samples"):
+        simulate_slew(sampled_loop(0.02, 0.0), Slew(30.0, 2.0, 1e300))
