@@ -13,6 +13,7 @@ import slewctl
 
 PACKAGE = Path(slewctl.__file__).parent
 SHARED = {
+    "_interrupt",
     "_show",
     "_types",
     "breakdown",

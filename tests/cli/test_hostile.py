@@ -228,7 +228,7 @@ def test_nothing_is_cut_or_wrapped_in_a_pipe() -> None:
 
 # What a process of its own shows: exit codes, streams and signals.
 PROGRAM = [sys.executable, "-m", "slewctl"]
-DOOR = [sys.executable, "-c", "import sys; from slewctl_command import main; sys.argv[0] = 'slewctl'; main()"]  # fmt: skip
+COMMAND = "import sys; sys.argv[0] = 'bin/slewctl'; print(flush=True); from slewctl.cli import main; main()"
 UNIX = pytest.mark.skipif(os.name == "nt", reason="signals and devices of Unix")
 
 
@@ -255,8 +255,8 @@ def test_closed_streams_change_no_exit_code() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("after", [0.1, 0.2, 0.4, 0.8, 1.6])
 def test_ctrl_c_ends_in_one_line_at_any_moment(after: float) -> None:
-    """The interpreter itself needs a moment before the door is reached."""
-    ready = [*DOOR[:2], "print(flush=True); " + DOOR[2], "paper", "--out", "out"]
+    """As soon as the interpreter itself has started."""
+    ready = [sys.executable, "-c", COMMAND, "paper", "--out", "out"]
     process = subprocess.Popen(
         ready, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
