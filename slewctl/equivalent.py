@@ -9,13 +9,14 @@ first, z = e^(jθ)(1 + s)/(1 − s), at the price of complex matrices.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import control
 import numpy as np
-from scipy.linalg import matrix_balance
 
 from slewctl._types import Array, ComplexArray
 from slewctl.frequency import sample_time
+from slewctl.linalg import balance_system
 
 Matrix = Array | ComplexArray
 # A pole nearer to −1 than this is turned away from it.
@@ -89,7 +90,7 @@ def _balanced(A: Matrix, B: Matrix, C: Matrix) -> tuple[Matrix, Matrix, Matrix]:
     """Balance A by powers of two, and let B and C enter with equal size."""
     if not len(A):
         return A, B, C
-    _, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    scale: Any = balance_system(A, B, C)  # real beside matrices that may be complex
     b, c = B / scale[:, None], C * scale
     ratio = np.sqrt(np.linalg.norm(c) / np.linalg.norm(b)) if b.any() and c.any() else 1.0
     return np.asarray(A / scale[:, None] * scale), np.asarray(b * ratio), np.asarray(c / ratio)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import schur, solve_triangular
 
 from slewctl._types import Array, ComplexArray
-from slewctl.linalg import balance
+from slewctl.linalg import balance_system
 
 # States that are solved for together; what lies behind them is one matrix product.
 _BLOCK = 16
@@ -33,7 +33,7 @@ class FrequencyResponse:
 
     def __init__(self, system: control.StateSpace) -> None:
         self.sample_time = sample_time(system)
-        scale = balance(np.asarray(system.A))
+        scale = balance_system(*(np.asarray(getattr(system, name)) for name in "ABC"))
         A = np.asarray(system.A, dtype=float) / scale[:, None] * scale
         if self.sample_time:
             A = A - np.eye(len(A))

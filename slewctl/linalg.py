@@ -23,10 +23,32 @@ from slewctl._types import Array
 from slewctl.errors import AccuracyError
 
 
-def balance(A: Array) -> Array:
+def balance(A: Array | ComplexArray) -> Array:
     """Return state scales s (powers of two) for which diag(1/s) A diag(s) is balanced."""
-    _, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    with np.errstate(invalid="ignore"):  # scipy casts scales beyond int64 to permutations
+        _, (scale, _) = matrix_balance(A, permute=False, separate=True)
     return np.asarray(scale, dtype=float)
+
+
+def balance_system(
+    A: Array | ComplexArray, B: Array | ComplexArray, C: Array | ComplexArray
+) -> Array:
+    """Return state scales s (powers of two) for which [A B; C 0] is balanced.
+
+    Where a loop is closed through B and C they matter as much as A: a companion form has its
+    small and large numbers in C, and A − BC of an A balanced alone may be 1e9 times as large
+    as any pole.
+
+    Parameters
+    ----------
+    A, B, C : ndarray, shapes (n, n), (n, m), (p, n)
+    """
+    whole = np.zeros((len(A) + 1, len(A) + 1))
+    whole[:-1, :-1] = np.abs(A)
+    whole[:-1, -1] = np.linalg.norm(B, axis=1)
+    whole[-1, :-1] = np.linalg.norm(C, axis=0)
+    scale = balance(whole)
+    return np.asarray(scale[:-1] / scale[-1])
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,12 +2,13 @@
 
 What is read from a truth of N modes is true of the arm only if more modes change nothing.
 Each quantity is therefore read on N, 2N, 4N … modes until two successive values agree, or
-the limit of modes is reached and it is undecided.
+the limit of modes is reached and it is undecided.  Stability is asked on all of them.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from slewctl.compare.judgement import Judgement
@@ -75,17 +76,22 @@ def follow(judgement: Judgement, name: str) -> Followed:
     -------
     Followed
         A value that is missing on one of the truths, as on an unstable loop, is the last.
+        Stability is followed to the limit of modes.
     """
     quantity = QUANTITIES[name]
     seen: list[Seen] = []
     for judged in judgement.ladder():
-        seen.append(Seen(judged.modes, _read(judged, name)))
-        last = seen[-1].reading.value
+        reading = _read(judged, name)
+        if quantity.kind == "stability" and reading.doubt and _settled(quantity, seen):
+            break  # what was asked beyond two that agree needs no truth that is not converged
+        seen.append(Seen(judged.modes, reading))
+        last = reading.value
         if math.isnan(last) or (name == "stable" and not last):
             return Followed(quantity, tuple(seen), converged=False)
-        if len(seen) > 1 and _agree(quantity, seen[-2].reading.value, last):
+        # Yes and no approach no limit: two that agree prove less, and more of them cost little.
+        if quantity.kind != "stability" and _settled(quantity, seen):
             return Followed(quantity, tuple(seen), converged=True)
-    return Followed(quantity, tuple(seen), converged=False)
+    return Followed(quantity, tuple(seen), converged=_settled(quantity, seen))
 
 
 def _read(judgement: Judgement, name: str) -> Reading:
@@ -96,7 +102,11 @@ def _read(judgement: Judgement, name: str) -> Reading:
     return reading
 
 
-def _agree(quantity: Quantity, first: float, second: float) -> bool:
+def _settled(quantity: Quantity, seen: Sequence[Seen]) -> bool:
+    """Whether the last two values agree."""
+    if len(seen) < 2:
+        return False
+    first, second = (each.reading.value for each in seen[-2:])
     if first == second:  # infinite ones too
         return True
     allowed = max(AGREEMENT * max(abs(first), abs(second)), quantity.resolution)

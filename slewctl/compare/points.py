@@ -326,7 +326,7 @@ def _gap(place: Place, design: DesignModel, controller: Controller) -> tuple[flo
     path, units = design.control_path, place.units
     try:
         gap = gap_between(plant_graph(path, **units), place.truth_graph)
-        margin = stability_margin_bpc(path, controller.system, **units)
+        margin = stability_margin_bpc(path, controller, **units)
     except SlewctlError:  # undamped modes that nothing moves have no graph to compare
         return None, None
     return gap.value, margin.value

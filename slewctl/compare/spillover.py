@@ -137,7 +137,7 @@ def predictors(loop: Loop, design: Model) -> Predictors:
 def _gap_ratios(loop: Loop, design: Model) -> list[float]:
     """Return ν/b in SI units, then in the units of the largest b and in larger ones."""
     P = generalised_plant(design, loop.objective).control_path
-    truth, C = loop.plant.control_path, loop.controller.system
+    truth, C = loop.plant.control_path, loop.controller
     best = best_output_scale(P, C)
     found = []
     for units in (np.ones(len(best)), *(factor * best for factor in _UNITS)):

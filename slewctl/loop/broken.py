@@ -10,7 +10,7 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.equivalent import Equivalent, equivalent
 from slewctl.frequency import FrequencyResponse, axis_points, landmarks, sample_time
-from slewctl.linalg import balance
+from slewctl.linalg import balance_system
 
 
 class BrokenLoop:
@@ -27,7 +27,7 @@ class BrokenLoop:
     def __init__(self, loop: control.StateSpace) -> None:
         self.system = loop
         self.step = sample_time(loop)
-        scale = balance(np.asarray(loop.A))
+        scale = balance_system(*(np.asarray(getattr(loop, name)) for name in "ABC"))
         A = np.asarray(loop.A, dtype=float) / scale[:, None] * scale
         self.A = A - np.eye(len(A)) if self.step else A
         self.B = np.asarray(loop.B, dtype=float) / scale[:, None]
@@ -58,11 +58,16 @@ class BrokenLoop:
 
     @property
     def last(self) -> float:
-        """L at infinite frequency, or at half the sampling frequency."""
+        """L at infinite frequency, or at half the sampling frequency.
+
+        Infinite, of unknown sign, where a sampled loop has a pole at z = −1: it is real there,
+        but of a pole within rounding of −1 nothing but the size is known.
+        """
         if not self.step:
             return self.D
         value = complex(self.response(np.array([self.response.nyquist]))[0])
-        return float(value.real)
+        lost = abs(value) >= 1 and abs(value.imag) > 1e-6 * abs(value)
+        return np.inf if lost else float(value.real)
 
     def closed(self, factor: complex) -> ComplexArray | Array:
         """Return the state matrix of the loop closed with f·L."""
@@ -93,12 +98,40 @@ class BrokenLoop:
         rounding = len(matrix) * np.finfo(float).eps * (size + (1.0 if self.step else 0.0))
         return int(np.sum(growth > rounding)), int(np.sum(growth > -rounding))
 
+    @property
+    def stable_if_reversed(self) -> bool:
+        """Whether the loop is stable with the opposite sign of the feedback, 1 − L."""
+        return abs(1 - self.D) > 4 * float(np.finfo(float).eps) and not self.unstable(-1.0)[1]
+
     def points(self, omega: Array) -> ComplexArray:
         """Return s = jω, or δ = e^(jωT) − 1, for each ω in rad/s."""
         return axis_points(omega, self.step)
+
+    def solved(self, omega: float) -> tuple[complex, float]:
+        """Return L at ω by solving with A itself, and how far rounding of its entries moves it.
+
+        The Schur form of `response` is exact for a matrix that differs from A by ε‖A‖, which
+        beside fast lags is much for a slow, lightly damped mode.  A solve with one step of
+        refinement is exact for one of which every entry differs by a few of its own ε.
+        """
+        point = complex(self.points(np.array([omega]))[0])
+        matrix = point * np.eye(len(self.A)) - self.A
+        try:
+            x, y = (_refined(*pair) for pair in ((matrix, self.B[:, 0]), (matrix.T, self.C[0])))
+        except np.linalg.LinAlgError:
+            return complex(np.inf), np.inf
+        moved = np.abs(y) @ np.abs(matrix) @ np.abs(x)
+        rounding = len(matrix) * np.finfo(float).eps * moved
+        return complex(self.C[0] @ x) + self.D, float(rounding)
 
     def steepest(self, omega: float, factor: complex) -> complex:
         """Return how the pole at jω moves with log f, in s or in δ: −L/L'."""
         point = self.points(np.array([omega]))
         with np.errstate(all="ignore"):
             return complex((-self.response.at(point) / self.response.slope(point))[0])
+
+
+def _refined(matrix: ComplexArray, right: Array) -> ComplexArray:
+    """Return the solution of a linear system after one step of refinement."""
+    x = np.linalg.solve(matrix, right.astype(complex))
+    return np.asarray(x + np.linalg.solve(matrix, right - matrix @ x))

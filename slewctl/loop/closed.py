@@ -14,8 +14,10 @@ from slewctl.design import Controller
 from slewctl.errors import SlewctlError
 from slewctl.frequency import FrequencyResponse
 from slewctl.linalg import H2Cost, h2_cost, stability_threshold
+from slewctl.loop.broken import BrokenLoop
 from slewctl.loop.margins import Margins, classical_margins
-from slewctl.loop.naming import Modes
+from slewctl.loop.naming import Modes, modes_of_pair
+from slewctl.loop.parts import Pair
 from slewctl.loop.tracking import tracking_controller, tracking_loop
 from slewctl.model import Model
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
@@ -129,8 +131,13 @@ class Loop:
             An unstable loop has no margin.
         """
         self.require_stable("margins")
-        hertz = tuple(float(f) for f in self.model.frequencies_hz)
-        return classical_margins(self.return_ratio, modes=Modes(hertz, rigid=True))
+        return classical_margins(self.return_ratio, modes=self.modes)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """The modes by which frequencies of the loop are named."""
+        pair = Pair(self.plant.control_path, self.controller.system, 1)
+        return modes_of_pair(pair, self.controller.delay, self.model.frequencies_hz)
 
     @cached_property
     def h2(self) -> H2Cost:
@@ -162,15 +169,14 @@ class Loop:
         doubt = "" if m.confirmed else " (margins NOT confirmed)"
         doubt += "" if self.controller.certificate.verified else " (design NOT verified)"
         return (
-            f"stable{doubt}: gain margin {m.gain_db.value:.2f} dB, phase margin "
+            f"stable{doubt}: gain margin {m.smaller_gain_db.value:.2f} dB, phase margin "
             f"{m.phase_deg.value:.1f} deg, H2 cost {self.h2.value:.4g}"
         )
 
     def require_stable(self, what: str) -> None:
         """Raise `UnstableLoopError` if the loop has not got `what` because it is unstable."""
         if not self.stable:
-            raise UnstableLoopError(
-                f"the loop is unstable at {self.unstable_hz[0]:.4g} Hz and has not {what}",
-                where="loop",
-                remedy="ask loop.stable first",
-            )
+            said = f"the loop is unstable at {self.unstable_hz[0]:.4g} Hz and has not {what}"
+            if BrokenLoop(self.return_ratio).stable_if_reversed:
+                said += "; with the opposite sign of the feedback it is stable"
+            raise UnstableLoopError(said, where="loop", remedy="ask loop.stable first")

@@ -8,6 +8,7 @@ lost to large terms of opposite sign.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,10 +20,8 @@ from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError
 from slewctl.linalg import balance
 
-# Largest condition number of an eigenvalue that stands alone.
+# Largest condition number of an eigenvalue that stands alone, and of a block.
 _ALONE = 1e4
-# What is worse than this, taken apart as well as it can be, has lost too many digits.
-_USABLE = 1e8
 # The parts add up to the whole to this, in balanced coordinates.
 _COMPLETE = 1e-8
 # Eigenvalues are put together that are nearer to each other than this, relative to their
@@ -45,6 +44,11 @@ class Block:
     T: ComplexArray
     right: ComplexArray
     left: ComplexArray
+
+    @property
+    def worst(self) -> float:
+        """How much the part may exceed the states that it is of: its condition number."""
+        return float(np.linalg.norm(self.left, 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,57 +88,47 @@ def decoupled(A: Array) -> Decoupled:
     values, left, right = eig(balanced, left=True)  # type: ignore[misc]
     meeting = (left.conj() * right).sum(axis=0)
     alone = np.abs(meeting) > 1 / _ALONE
-    blocks: tuple[Block, ...] = ()
-    if not alone.all():
-        alone, blocks = _blocks(balanced, values, alone)
-    kept = alone & (values.imag >= 0)
-    right = right[:, kept] * np.where(values.imag > 0, 2.0, 1.0)[kept]
-    left = (left[:, kept].conj() / meeting[kept]).T
-    whole = (right @ left).real + sum((b.right @ b.left).real for b in blocks)
-    if not np.abs(whole - np.eye(len(A))).max() < _COMPLETE:
-        raise _inseparable()
-    return Decoupled(
-        values[kept],
-        scale[:, None] * right,
-        left / scale,
-        tuple(Block(b.T, scale[:, None] * b.right, b.left / scale) for b in blocks),
+    left = (left.conj() / np.where(alone, meeting, 1)).T
+    right = right * np.where(values.imag > 0, 2.0, 1.0)
+    for free, blocks in _parted(balanced, values, alone):
+        kept = free & (values.imag >= 0)
+        whole = (right[:, kept] @ left[kept]).real + sum((b.right @ b.left).real for b in blocks)
+        if np.abs(whole - np.eye(len(A))).max() < _COMPLETE:
+            return Decoupled(
+                values[kept],
+                scale[:, None] * right[:, kept],
+                left[kept] / scale,
+                tuple(Block(b.T, scale[:, None] * b.right, b.left / scale) for b in blocks),
+            )
+    raise AccuracyError(
+        "the modes of the loop cannot be told apart to working precision",
+        where="slew",
+        remedy="give the controller in better conditioned coordinates",
     )
 
 
-def _blocks(
+def _parted(
     A: Array, values: ComplexArray, alone: BoolArray
-) -> tuple[BoolArray, tuple[Block, ...]]:
-    """Return which eigenvalues stand alone, and blocks of all others, as small as can be."""
+) -> Iterator[tuple[BoolArray, tuple[Block, ...]]]:
+    """Yield which eigenvalues stand alone and blocks of all others, the smallest blocks first."""
+    if alone.all():
+        yield alone, ()
+        return
     again = np.diag(schur(A, output="complex")[0])
     # Those that can stand alone are well conditioned: each is found again.
     able = np.flatnonzero(alone)
     _, known = linear_sum_assignment(np.abs(values[able][:, None] - again))
     others = np.setdiff1d(np.arange(len(again)), known)
-    best, free = np.inf, alone
-    found: tuple[Block, ...] = ()
     for nearness in _NEARNESS:
         groups = [group for group in _linked(again, nearness) if np.isin(others, group).any()]
-        if nearness < _NEARNESS[-1] and min(map(len, groups)) == 1:
+        if min(map(len, groups)) == 1:
             continue  # one of the others would be alone
-        parts = [_block(A, again, group) for group in groups]
-        worst = max(float(np.linalg.norm(part.left, 2)) if part else np.inf for part in parts)
-        if worst < best:
-            best, free = worst, alone.copy()
-            free[able[np.isin(known, np.concatenate(groups))]] = False
-            found = tuple(part for part in parts if part)
-        if best <= _ALONE:
-            break
-    if best > _USABLE:
-        raise _inseparable()
-    return free, found
-
-
-def _inseparable() -> AccuracyError:
-    return AccuracyError(
-        "the modes of the loop cannot be told apart to working precision",
-        where="slew",
-        remedy="give the controller in better conditioned coordinates",
-    )
+        blocks = tuple(block for group in groups if (block := _block(A, again, group)))
+        if len(blocks) < len(groups) or max(block.worst for block in blocks) > _ALONE:
+            continue
+        free = alone.copy()
+        free[able[np.isin(known, np.concatenate(groups))]] = False
+        yield free, blocks
 
 
 def _linked(values: ComplexArray, nearness: float) -> list[IntArray]:

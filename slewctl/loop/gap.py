@@ -21,10 +21,12 @@ import control
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design import Controller
 from slewctl.errors import AccuracyError, InputError, check_positive
 from slewctl.frequency import FrequencyResponse, sample_time
 from slewctl.linalg import solve_riccati
-from slewctl.loop.realisation import Realisation, check_system, hertz, realisation
+from slewctl.loop.parts import Pair, Plant, System, arranged, order, paired, state_space
+from slewctl.loop.realisation import Realisation, hertz, realisation
 from slewctl.loop.structured import balanced_scales, minimised
 
 # Above this the gap is one: the graphs touch to working precision.
@@ -78,8 +80,8 @@ class GeneralisedMargin:
 
 
 def nu_gap(
-    first: control.StateSpace,
-    second: control.StateSpace,
+    first: Plant,
+    second: Plant,
     *,
     output_scale: Sequence[float] | float = 1.0,
     input_scale: Sequence[float] | float = 1.0,
@@ -88,12 +90,13 @@ def nu_gap(
 
     Parameters
     ----------
-    first, second : control.StateSpace
-        With the same inputs and outputs, both continuous or sampled alike; without modes on
-        the axis that the inputs do not reach or the outputs do not see.
+    first, second : GeneralisedPlant, control.StateSpace or control.TransferFunction
+        With the same inputs and outputs, matched by name where both plants have names of
+        their own, else by position; both continuous or sampled alike; without modes on the
+        axis that the inputs do not reach or the outputs do not see.
     output_scale, input_scale : float or sequence of float
-        A unit of each output, and of each input: the plants are compared as y/output_scale
-        against u/input_scale.
+        A unit of each output, and of each input, in the first plant's order: the plants are
+        compared as y/output_scale against u/input_scale.
 
     Raises
     ------
@@ -108,9 +111,12 @@ def nu_gap(
     Riccati equations; ‖·‖∞ by level sets; the winding condition from the zeros of
     G₂~G₁, of which as many as the second plant has states must lie in the right half plane.
     """
+    one, two = state_space(first, "first"), state_space(second, "second")
+    _check_alike(one, two)
+    two = arranged(two, one.input_labels, one.output_labels, "second")
     return gap_between(
-        plant_graph(first, output_scale=output_scale, input_scale=input_scale, where="first"),
-        plant_graph(second, output_scale=output_scale, input_scale=input_scale, where="second"),
+        plant_graph(one, output_scale=output_scale, input_scale=input_scale, where="first"),
+        plant_graph(two, output_scale=output_scale, input_scale=input_scale, where="second"),
     )
 
 
@@ -167,16 +173,19 @@ def plant_graph(
 
 
 def gap_between(first: PlantGraph, second: PlantGraph) -> NuGap:
-    """Return the ν-gap between two graphs; see `nu_gap`."""
-    one, two = first.realisation.D.shape, second.realisation.D.shape
-    clocks = sample_time(first.system), sample_time(second.system)
-    if one != two or clocks[0] != clocks[1]:
-        raise InputError(
-            f"plants of {one[0]}×{one[1]} and {two[0]}×{two[1]} "
-            f"signals, sampled at {clocks[0]:g} and {clocks[1]:g} s",
-            where="nu_gap",
-            remedy="compare plants with the same signals and sample time",
-        )
+    """Return the ν-gap between two graphs, their signals in the same order; see `nu_gap`."""
+    one, two = first.system, second.system
+    _check_alike(one, two)
+    for own, other, kind in (
+        (two.input_labels, one.input_labels, "inputs"),
+        (two.output_labels, one.output_labels, "outputs"),
+    ):
+        if order(own, other, f"second: {kind}") != list(range(len(other))):
+            raise InputError(
+                f"the {kind} of both plants stand in different orders",
+                where="gap_between",
+                remedy="give the plants to nu_gap, which matches them by name",
+            )
     distance = second.left.after(first.right).peak()
     fits = distance.value < _TOUCHING and _winding(second.right, first.right)
     return NuGap(
@@ -187,10 +196,22 @@ def gap_between(first: PlantGraph, second: PlantGraph) -> NuGap:
     )
 
 
+def _check_alike(first: control.StateSpace, second: control.StateSpace) -> None:
+    one, two = (f"{system.noutputs}×{system.ninputs}" for system in (first, second))
+    clocks = sample_time(first), sample_time(second)
+    if one != two or clocks[0] != clocks[1]:
+        raise InputError(
+            f"plants of {one} and {two} signals, sampled at {clocks[0]:g} and {clocks[1]:g} s",
+            where="nu_gap",
+            remedy="compare plants with the same signals and sample time",
+        )
+
+
 def stability_margin_bpc(
-    plant: control.StateSpace,
-    controller: control.StateSpace,
+    plant: Plant,
+    controller: Controller | System,
     *,
+    sign: int | None = None,
     output_scale: Sequence[float] | float = 1.0,
     input_scale: Sequence[float] | float = 1.0,
 ) -> GeneralisedMargin:
@@ -198,41 +219,43 @@ def stability_margin_bpc(
 
     Parameters
     ----------
-    plant, controller : control.StateSpace
-        Connected with a plus sign, u = C y.
+    plant : GeneralisedPlant, control.StateSpace or control.TransferFunction
+    controller : Controller, control.StateSpace or control.TransferFunction
+        Its signals are matched with the plant's by name where both have names of their own,
+        else by position.
+    sign : {-1, 1}, optional
+        Of the feedback, u = sign·C y, as in `control.feedback`: −1 unless told otherwise.  A
+        slewctl `Controller` knows its own, +1.
     output_scale, input_scale : float or sequence of float
-        A unit of each signal (see `nu_gap`); the same as there to compare the two.
+        A unit of each signal of the plant (see `nu_gap`); the same as there to compare the two.
 
     Raises
     ------
     InputError
         If they do not fit together, or the loop is not well posed.
     """
-    check_system(plant, "plant")
-    check_system(controller, "controller")
-    if (controller.ninputs, controller.noutputs) != (plant.noutputs, plant.ninputs) or (
-        sample_time(plant) != sample_time(controller)
-    ):
-        raise InputError(
-            "the controller's signals or sample time are not those of the plant",
-            where="controller",
-            remedy="let it take every output and command every input, sampled alike",
-        )
-    closed = realisation(plant, "plant").closed(realisation(controller, "controller"))
+    pair = paired(plant, controller, sign).on_one_clock()
+    units = _units(pair.plant, output_scale, input_scale)
+    closed = _closed(pair)
     if not closed.stable:
         return GeneralisedMargin(0.0, None, False)
-    units = _units(plant, output_scale, input_scale)
     peak = closed.scaled(1 / units, units).peak()
-    return GeneralisedMargin(1 / peak.value, hertz(peak.omega, plant), True)
+    return GeneralisedMargin(1 / peak.value, hertz(peak.omega, pair.plant), True)
 
 
-def best_output_scale(plant: control.StateSpace, controller: control.StateSpace) -> Array:
+def _closed(pair: Pair) -> Realisation:
+    return realisation(pair.plant, "plant").closed(realisation(pair.positive, "controller"))
+
+
+def best_output_scale(
+    plant: Plant, controller: Controller | System, *, sign: int | None = None
+) -> Array:
     """Return units of the outputs, the inputs' being one, in which b(P, C) is largest.
 
     Parameters
     ----------
-    plant, controller : control.StateSpace
-        With one input, connected with a plus sign, stable when closed.
+    plant, controller, sign
+        As for `stability_margin_bpc`, with one input, stable when closed.
 
     Returns
     -------
@@ -244,8 +267,9 @@ def best_output_scale(plant: control.StateSpace, controller: control.StateSpace)
     InputError
         If the loop is unstable, or the plant has several inputs.
     """
-    closed = realisation(plant, "plant").closed(realisation(controller, "controller"))
-    if plant.ninputs != 1 or not closed.stable:
+    pair = paired(plant, controller, sign).on_one_clock()
+    closed = _closed(pair)
+    if pair.plant.ninputs != 1 or not closed.stable:
         raise InputError(
             "scales are found for a stable loop with one input",
             where="best_output_scale",

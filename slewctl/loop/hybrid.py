@@ -22,6 +22,7 @@ from slewctl.errors import AccuracyError
 from slewctl.linalg import balance
 from slewctl.loop.broken import BrokenLoop
 from slewctl.loop.crossings import crossings, log_gain, sampled
+from slewctl.loop.realisation import product
 
 # Fractions of a sample at which the loop is examined, at least and at most.
 _LEAST, _MOST = 16, 64
@@ -179,18 +180,7 @@ def delayed_loop(
 
     def loop(more: float) -> control.StateSpace:
         P = sampled_with_delay(A, B, C, D, step, delay + more)
-        return control.StateSpace(
-            np.block(
-                [
-                    [P.A, np.zeros((P.nstates, controller.nstates))],
-                    [controller.B @ P.C, controller.A],
-                ]
-            ),
-            np.vstack([P.B, controller.B @ P.D]),
-            np.hstack([controller.D @ P.C, controller.C]),
-            controller.D @ P.D,
-            step,
-        )
+        return product(controller, P)
 
     return loop
 

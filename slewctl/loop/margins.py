@@ -30,14 +30,17 @@ from slewctl.loop.crossings import (
     truly_real,
 )
 from slewctl.loop.disk import disk_gains, disk_phase_deg, nearest
-from slewctl.loop.naming import Modes, modes_of
+from slewctl.loop.naming import Modes, modes_of_loop
 from slewctl.loop.perturbation import Perturbation
 
 # |L| is one at all frequencies when it differs by no more than this and its rounding.
 _ALL_PASS = 1e-10
+# L is known where it is this much larger than its rounding error.
+_KNOWN = 0.1
 _NO_GAIN = "L is nowhere real and negative where the gain would have to {}"
 _SMALL = "|L| is below one at all frequencies"
 _LARGE = "|L| is above one at all frequencies"
+_NO_SAMPLE = "|L| is not below one at half the sampling frequency: not one whole sample is stood"
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,8 @@ class Crossing:
     frequency_hz : float or None
         None where there is no crossing, or it lies at infinite frequency.
     mode : str
-        The mode nearest to it: "mode 3 (12.4 Hz)", "rigid body", or empty where none is known.
+        What has the largest share in L there: "mode 3 (12.4 Hz)", "rigid body", or empty where
+        it is no mode.
     perturbation : Perturbation or None
         The smallest change of the loop that makes it unstable, and the pole it leads to.
     on_axis : float or None
@@ -82,9 +86,11 @@ class Margins(Tabular):
     phase_deg : Crossing
         Smallest phase change, of either sign, that reaches the stability limit.
     delay_s : Crossing
-        Smallest added delay that reaches it.  In a sampled loop, a delay by whole samples
-        between controller and hold; for the delay of the continuous signal ask
-        `hybrid_delay_margin`.
+        Smallest added delay that reaches it, as a turn of L by e^(−jωτ).  A sampled loop is
+        delayed by whole samples alone, z^(−k) between controller and hold: it is stable with
+        every k whose kT is less.  Zero where one sample is already too many because |L| ≥ 1
+        at half the sampling frequency.  For the delay of the continuous signal, which may be
+        any part of a sample, ask `hybrid_delay_margin`.
     gain_crossings_hz : tuple of float
         All frequencies where |L| = 1.
     modulus : Crossing
@@ -191,8 +197,7 @@ def classical_margins(
     samples = sampled(broken)
     gain = crossings(broken, samples, log_gain)
     limits = _gain_limits(broken, truly_real(broken, crossings(broken, samples, sine)))
-    named = modes or modes_of(broken.response.poles - (1 if broken.step else 0), broken.step)
-    report = _Report(broken, named)
+    report = _Report(broken, modes or modes_of_loop(loop))
     modulus, disk = nearest(broken, samples, 1.0), nearest(broken, samples, skew)
     turns = -np.angle(-broken.response(gain.omega))
     doubts = gain_doubts(broken, limits)
@@ -252,14 +257,14 @@ def _gain_limits(loop: BrokenLoop, real: Crossings) -> list[Limit]:
     if not len(loop.A):
         return [Limit(-1 / loop.D, np.inf)] if loop.D < 0 else []
     omega = np.concatenate([[0.0], real.omega, [loop.response.nyquist] if loop.step else []])
-    values = loop.response(omega)
-    # A double integrator in rounded coordinates has a finite, meaningless L(0).
-    known = loop.response.uncertainty(omega) < 0.1 * np.abs(values)
-    found = [
-        Limit(float(-1 / value.real), float(w))
-        for w, value in zip(omega[known], values[known], strict=True)
-        if np.isfinite(value) and value.real < 0
-    ]
+    values, doubtful = loop.response(omega), loop.response.uncertainty(omega)
+    found = []
+    for w, value, rounding in zip(omega.tolist(), values.tolist(), doubtful, strict=True):
+        # A double integrator in rounded coordinates has a finite, meaningless L(0).
+        if w and not rounding < _KNOWN * abs(value):
+            value, rounding = loop.solved(w)
+        if rounding < _KNOWN * abs(value) < np.inf and value.real < 0:
+            found.append(Limit(-1 / value.real, w))
     if not loop.step and loop.D < 0:
         found.append(Limit(-1 / loop.D, np.inf))
     return sorted(found, key=lambda limit: limit.value)
@@ -273,7 +278,9 @@ class _Report:
     modes: Modes
 
     def _name(self, hertz: float | None) -> str:
-        return self.modes.nearest(hertz, self.loop.step)
+        if hertz is None:
+            return ""
+        return self.modes.largest(hertz, self.loop.response(np.array([2 * np.pi * hertz])))
 
     def crossing(self, value: float, omega: float, change: Perturbation | None) -> Crossing:
         hertz = float(omega / (2 * np.pi)) if np.isfinite(omega) else None
@@ -305,14 +312,12 @@ class _Report:
 
     def delay(self, turns: Array, gain: Crossings) -> Crossing:
         late = self._at_the_end()
-        if late is not None and late.value == 0:
+        if late is not None:
             return late
         if not len(turns):
-            return late or Crossing(np.inf, None, note=_SMALL)
+            return Crossing(np.inf, None, note=_SMALL)
         seconds = np.mod(-turns, 2 * np.pi) / gain.omega
         k = int(np.argmin(seconds))
-        if late is not None and late.value < seconds[k]:
-            return late
         return self._turned("delay", float(seconds[k]), float(gain.omega[k]), float(turns[k]))
 
     def _turned(self, kind: perturbation.Kind, size: float, omega: float, turn: float) -> Crossing:
@@ -322,21 +327,16 @@ class _Report:
     def _at_the_end(self) -> Crossing | None:
         """Return the delay that acts through |L| ≥ 1 at the highest frequency, if there is one.
 
-        With |D| ≥ 1 any delay at all leaves infinitely many unstable poles.  In a sampled
-        loop L(−1)·cos(πτ/T) = −1 is reached before the delay is a whole sample.
+        With |D| ≥ 1 any delay at all leaves infinitely many unstable poles.  A sampled loop
+        does not stand one sample: z^(−1) turns L(−1) into −L(−1), the half turn that takes
+        1 + L to the other side of zero, a pole at z = −1 included.
         """
-        last = self.loop.last
-        if abs(last) < 1:
+        if abs(self.loop.last) < 1:
             return None
         if not self.loop.step:
             return Crossing(0.0, None, note="|L| is not below one at infinite frequency")
-        seconds = float(np.arccos(-1 / last) / self.loop.response.nyquist)
-        return Crossing(
-            seconds,
-            0.5 / self.loop.step,
-            self._name(0.5 / self.loop.step),
-            note="|L| is not below one at half the sampling frequency",
-        )
+        hertz = 0.5 / self.loop.step
+        return Crossing(0.0, hertz, self._name(hertz), note=_NO_SAMPLE)
 
     def all_pass(self) -> tuple[Crossing, Crossing]:
         """Return phase and delay margin of L = 1, the only stable loop with |L| = 1 throughout.

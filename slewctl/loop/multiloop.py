@@ -26,9 +26,10 @@ from slewctl.linalg import stability_threshold
 from slewctl.loop.closed import UnstableLoopError
 from slewctl.loop.disk import disk_gains, disk_phase_deg
 from slewctl.loop.margins import Margins, classical_margins
-from slewctl.loop.naming import Modes, modes_of
-from slewctl.loop.opened import matrices, one_loop, sensitivity
-from slewctl.loop.realisation import check_system
+from slewctl.loop.naming import Modes, modes_of_loop
+from slewctl.loop.opened import for_negative_feedback, one_loop, sensitivity
+from slewctl.loop.parts import negated
+from slewctl.loop.realisation import check_system, matrices
 from slewctl.loop.structured_peak import StructuredPeak, structured_peak
 
 # The destabilised pole may lie this far from the axis, relative to its frequency.
@@ -111,42 +112,49 @@ class MultiloopMargins:
     disk: MultiloopDisk
 
 
-def multiloop_margins(loop: control.StateSpace, skew: float = 0.0) -> MultiloopMargins:
+def multiloop_margins(
+    loop: control.StateSpace, skew: float = 0.0, *, sign: int | None = None
+) -> MultiloopMargins:
     """Return the margins of a loop that is broken at several channels.
 
     Parameters
     ----------
     loop : control.StateSpace
-        Return ratio L, square, continuous or sampled, closed by negative feedback: I + L.
-        See `slewctl.loop.opened`.
+        Return ratio L, square, continuous or sampled; see `slewctl.loop.opened`.  Channels
+        with names of their own return each other: x, or ``returned_x``.
     skew : float
         σ: 0 for the balanced disk, 1 for changes that enter as 1/(1 − δ), −1 as 1 + δ.
+    sign : {-1, 1}, optional
+        Of the feedback, −1 unless told otherwise: the loop is closed as I + L.
 
     Raises
     ------
     InputError
-        If the loop is not square, or not well posed.
+        If the loop is not square, not well posed, or its channels do not return each other.
     UnstableLoopError
-        If the closed loop is unstable.
+        If the closed loop is unstable; where the opposite sign makes it stable the message
+        says so.
     AccuracyError
         If the disk margin cannot be enclosed.
     """
-    _check_loop(loop)
+    loop = _checked(loop, sign)
     disk = multiloop_disk_margin(loop, skew)
-    named = _modes(loop)
+    whole = modes_of_loop(loop)
     singles = tuple(
-        classical_margins(one_loop(loop, channel), skew=skew, modes=named)
+        classical_margins(one_loop(loop, channel), skew=skew, modes=_of_channel(whole, channel))
         for channel in range(loop.ninputs)
     )
     return MultiloopMargins(tuple(loop.input_labels), singles, disk)
 
 
-def multiloop_disk_margin(loop: control.StateSpace, skew: float = 0.0) -> MultiloopDisk:
+def multiloop_disk_margin(
+    loop: control.StateSpace, skew: float = 0.0, *, sign: int | None = None
+) -> MultiloopDisk:
     """Return the multiloop disk margin alone (see `multiloop_margins`)."""
-    _check_loop(loop)
+    loop = _checked(loop, sign)
     sigma = check_number(skew, "skew")
     S = sensitivity(loop)
-    _require_stable(S)
+    _require_stable(loop, S)
     M = _shifted(S, (sigma - 1) / 2)
     peak = structured_peak(M)
     delta = peak.destabiliser.delta
@@ -164,7 +172,7 @@ def multiloop_disk_margin(loop: control.StateSpace, skew: float = 0.0) -> Multil
         distance,
         sigma,
         distance <= AXIS_TOLERANCE and _stable_inside(loop, guaranteed, sigma),
-        _modes(loop).nearest(hertz),
+        _mode(loop, hertz),
     )
 
 
@@ -207,11 +215,17 @@ def _all_pass_factor(delta: complex, disk: MultiloopDisk) -> control.StateSpace:
     return control.StateSpace(pole, 1.0, -2 * beta * size / rest**2, 1 + size / rest)
 
 
-def _modes(loop: control.StateSpace) -> Modes:
-    """Return the modes of L by which frequencies are named."""
-    step = sample_time(loop)
-    poles = np.linalg.eigvals(np.asarray(loop.A)) - (1.0 if step else 0.0)
-    return modes_of(poles.astype(complex), step)
+def _of_channel(modes: Modes, channel: int) -> Modes:
+    """Return the same modes with what they contribute to one channel."""
+    one = slice(channel, channel + 1)
+    return Modes(modes.names, modes.rest, lambda omega: modes.parts(omega)[:, one, one])
+
+
+def _mode(loop: control.StateSpace, hertz: float | None) -> str:
+    if hertz is None:
+        return ""
+    value = FrequencyResponse(loop)(np.array([2 * np.pi * hertz]))
+    return modes_of_loop(loop).largest(hertz, value)
 
 
 def _factors(delta: ComplexArray, sigma: float) -> ComplexArray:
@@ -269,23 +283,34 @@ def _is_stable(A: ComplexArray | Array, step: float) -> bool:
     return bool(np.abs(poles).max() < 1 if step else poles.real.max() < 0)
 
 
-def _require_stable(S: control.StateSpace) -> None:
+def _grows(S: control.StateSpace) -> complex | None:
+    """Return the pole that grows fastest, or None where all are stable."""
     A, step = np.asarray(S.A), sample_time(S)
     if not len(A):
-        return
+        return None
     poles = np.linalg.eigvals(A)
     growth = np.abs(poles) - 1 if step else poles.real
-    if growth.max() >= -stability_threshold(A):
-        worst = poles[np.argmax(growth)]
-        rate = np.angle(worst) / step if step else abs(worst)
-        raise UnstableLoopError(
-            f"the closed loop is unstable at {abs(rate) / (2 * np.pi):.4g} Hz and has no margins",
-            where="multiloop_margins",
-            remedy="close it with negative feedback, I + L, or change the sign of L",
-        )
+    if growth.max() < -stability_threshold(A):
+        return None
+    return complex(poles[np.argmax(growth)])
 
 
-def _check_loop(loop: control.StateSpace) -> None:
+def _require_stable(loop: control.StateSpace, S: control.StateSpace) -> None:
+    worst, step = _grows(S), sample_time(S)
+    if worst is None:
+        return
+    rate = np.angle(worst) / step if step else abs(worst)
+    what = f"the closed loop is unstable at {abs(rate) / (2 * np.pi):.4g} Hz and has no margins"
+    remedy = "change the design; the loop's poles say where it fails"
+    back = np.eye(loop.ninputs) - np.asarray(loop.D)
+    if np.linalg.cond(back) < 1e12 and _grows(sensitivity(negated(loop))) is None:
+        what += "; with the opposite sign of the feedback it is stable"
+        remedy = "look at `sign`: it is -1, negative feedback, unless told otherwise"
+    raise UnstableLoopError(what, where="multiloop_margins", remedy=remedy)
+
+
+def _checked(loop: control.StateSpace, sign: int | None) -> control.StateSpace:
+    """Return L for negative feedback; refuse what is no square system."""
     check_system(loop, "multiloop_margins")
     if loop.ninputs != loop.noutputs:
         raise InputError(
@@ -293,6 +318,7 @@ def _check_loop(loop: control.StateSpace) -> None:
             where="multiloop_margins",
             remedy="give a square return ratio L",
         )
+    return for_negative_feedback(loop, sign)
 
 
 def _shifted(S: control.StateSpace, shift: float) -> control.StateSpace:

@@ -8,15 +8,12 @@ import control
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design import Controller
 from slewctl.errors import InputError
-from slewctl.frequency import sample_time
-from slewctl.loop.realisation import check_system, diagonal
+from slewctl.loop.parts import Plant, System, arranged, feedback_sign, negated, paired
+from slewctl.loop.realisation import diagonal, matrices, product
 
-
-def matrices(system: control.StateSpace) -> tuple[Array, Array, Array, Array]:
-    """Return A, B, C and D of a system."""
-    A, B, C, D = (np.asarray(getattr(system, name), dtype=float) for name in "ABCD")
-    return A, B, C, D
+_RETURNED = "returned_"
 
 
 def one_loop(loop: control.StateSpace, channel: int) -> control.StateSpace:
@@ -45,44 +42,84 @@ def one_loop(loop: control.StateSpace, channel: int) -> control.StateSpace:
     )
 
 
-def input_loop(plant: control.StateSpace, controller: control.StateSpace) -> control.StateSpace:
-    """Return L = −K G, the loop broken at the plant's inputs.
+def input_loop(
+    plant: Plant, controller: Controller | System, *, sign: int | None = None
+) -> control.StateSpace:
+    """Return L = K G, the loop broken at the plant's inputs, for negative feedback.
 
     Parameters
     ----------
-    plant, controller : control.StateSpace
-        G and K, connected with a plus sign, u = K y, as all controllers here are.
+    plant : GeneralisedPlant, control.StateSpace or control.TransferFunction
+        G.
+    controller : Controller, control.StateSpace or control.TransferFunction
+        K.  Its signals are matched with the plant's by name where both have names of their
+        own, else by position.
+    sign : {-1, 1}, optional
+        Of the feedback, u = sign·K y, as in `control.feedback`: −1 unless told otherwise.  A
+        slewctl `Controller` knows its own, +1: L is then −K G.
+
+    Raises
+    ------
+    InputError
+        If plant and controller do not fit together.
     """
-    return _series(_negative(controller), plant, plant.input_labels)
+    pair = paired(plant, controller, sign).on_one_clock()
+    return _labelled(product(pair.negative, pair.plant), pair.plant.input_labels)
 
 
-def output_loop(plant: control.StateSpace, controller: control.StateSpace) -> control.StateSpace:
-    """Return L = −G K, the loop broken at the plant's outputs, its sensors (see `input_loop`)."""
-    return _series(plant, _negative(controller), plant.output_labels)
+def output_loop(
+    plant: Plant, controller: Controller | System, *, sign: int | None = None
+) -> control.StateSpace:
+    """Return L = G K, the loop broken at the plant's outputs, its sensors (see `input_loop`)."""
+    pair = paired(plant, controller, sign).on_one_clock()
+    return _labelled(product(pair.plant, pair.negative), pair.plant.output_labels)
 
 
 def input_output_loop(
-    plant: control.StateSpace, controller: control.StateSpace
+    plant: Plant, controller: Controller | System, *, sign: int | None = None
 ) -> control.StateSpace:
     """Return the loop broken at the plant's inputs and outputs at once (see `input_loop`).
 
-    With u = −(−K)y and y = −(−G)u its return ratio is [[0, −K], [−G, 0]] on [u; y].
+    With u = −K y and y = −(−G)u its return ratio is [[0, K], [−G, 0]] on [u; y].
     """
-    _check_pair(plant, controller)
-    m, p = plant.ninputs, plant.noutputs
-    G, K = matrices(plant), matrices(controller)
-    states = diagonal(G[0], K[0])
+    pair = paired(plant, controller, sign).on_one_clock()
+    m, p = pair.plant.ninputs, pair.plant.noutputs
+    G, K = matrices(pair.plant), matrices(pair.negative)
     nothing = np.zeros
-    B = diagonal(G[1], K[1])  # the plant takes u, the controller y
-    C = -np.vstack(
+    C = np.vstack(
         [
             np.hstack([nothing((m, len(G[0]))), K[2]]),
-            np.hstack([G[2], nothing((p, len(K[0])))]),
+            np.hstack([-G[2], nothing((p, len(K[0])))]),
         ]
     )
-    D = -np.block([[nothing((m, m)), K[3]], [G[3], nothing((p, p))]])
-    labels = [*plant.input_labels, *plant.output_labels]
-    return control.StateSpace(states, B, C, D, plant.dt, inputs=labels, outputs=_returned(labels))
+    D = np.block([[nothing((m, m)), K[3]], [-G[3], nothing((p, p))]])
+    # The plant takes u, the controller y.
+    both = control.StateSpace(diagonal(G[0], K[0]), diagonal(G[1], K[1]), C, D, pair.plant.dt)
+    return _labelled(both, [*pair.plant.input_labels, *pair.plant.output_labels])
+
+
+def for_negative_feedback(loop: control.StateSpace, sign: int | None) -> control.StateSpace:
+    """Return a square return ratio L as it enters I + L, its outputs in the inputs' order.
+
+    Parameters
+    ----------
+    loop : control.StateSpace
+        An output that returns the input x may be called x or ``returned_x``.
+    sign : {-1, 1}, optional
+        Of the feedback, −1 unless told otherwise.
+
+    Raises
+    ------
+    InputError
+        If it has several channels with names of their own that do not return each other, or
+        the sign is impossible.
+    """
+    negative = feedback_sign(sign) < 0
+    if loop.ninputs > 1:
+        names = [label.removeprefix(_RETURNED) for label in loop.output_labels]
+        named = control.StateSpace(loop, inputs=list(loop.input_labels), outputs=names)
+        loop = arranged(named, loop.input_labels, loop.input_labels, "loop")
+    return loop if negative else negated(loop)
 
 
 def sensitivity(loop: control.StateSpace) -> control.StateSpace:
@@ -110,47 +147,7 @@ def _require_well_posed(back: Array) -> None:
         )
 
 
-def _check_pair(plant: control.StateSpace, controller: control.StateSpace) -> None:
-    check_system(plant, "plant")
-    check_system(controller, "controller")
-    if (controller.ninputs, controller.noutputs) != (plant.noutputs, plant.ninputs):
-        raise InputError(
-            f"a controller from {controller.ninputs} to {controller.noutputs} signals does not fit "
-            f"a plant from {plant.ninputs} to {plant.noutputs}",
-            where="controller",
-            remedy="let it take every output and command every input",
-        )
-    if sample_time(plant) != sample_time(controller):
-        raise InputError(
-            f"sample times {sample_time(plant):g} s and {sample_time(controller):g} s differ",
-            where="controller",
-            remedy="sample both alike",
-        )
-
-
-def _negative(system: control.StateSpace) -> control.StateSpace:
-    check_system(system, "controller")
-    A, B, C, D = matrices(system)
-    return control.StateSpace(A, B, -C, -D, system.dt)
-
-
-def _series(
-    second: control.StateSpace, first: control.StateSpace, labels: Sequence[str]
-) -> control.StateSpace:
-    """Return second·first with its signals named."""
-    _check_pair(first, second)
-    A1, B1, C1, D1 = matrices(first)
-    A2, B2, C2, D2 = matrices(second)
-    return control.StateSpace(
-        np.block([[A1, np.zeros((len(A1), len(A2)))], [B2 @ C1, A2]]),
-        np.vstack([B1, B2 @ D1]),
-        np.hstack([D2 @ C1, C2]),
-        D2 @ D1,
-        first.dt,
-        inputs=list(labels),
-        outputs=_returned(labels),
-    )
-
-
-def _returned(labels: Sequence[str]) -> list[str]:
-    return [f"returned_{name}" for name in labels]
+def _labelled(loop: control.StateSpace, labels: Sequence[str]) -> control.StateSpace:
+    """Return a return ratio with the names of what goes round it."""
+    outputs = [f"{_RETURNED}{name}" for name in labels]
+    return control.StateSpace(loop, inputs=list(labels), outputs=outputs)

@@ -15,6 +15,7 @@ import control
 import numpy as np
 
 from slewctl.loop.broken import BrokenLoop
+from slewctl.loop.parts import static
 
 # Nearer to zero than this, 1 + D has no inverse, and no pole is where it should be.
 _POSED = 1e-12
@@ -52,8 +53,8 @@ class Perturbation:
 
 def gain(loop: BrokenLoop, factor: float, omega: float) -> Perturbation:
     """Return the loop with its gain multiplied by `factor`."""
-    static = control.StateSpace([], [], [], [[factor]], _dt(loop))
-    return _seen(loop, "gain", factor, static, loop.closed_poles(factor), omega)
+    change = static(factor, _dt(loop))
+    return _seen(loop, "gain", factor, change, loop.closed_poles(factor), omega)
 
 
 def turned(loop: BrokenLoop, kind: Kind, factor: complex, omega: float) -> Perturbation:
@@ -117,7 +118,7 @@ def _all_pass(loop: BrokenLoop, value: complex, omega: float) -> control.StateSp
     angle = float(np.angle(value))
     at_end = omega == 0 or (loop.step and omega * loop.step > np.pi * (1 - 1e-12))
     if at_end or abs(np.sin(angle)) < 1e-12:
-        return control.StateSpace([], [], [], [[value.real]], _dt(loop))
+        return static(value.real, _dt(loop))
     c = abs(value) if angle > 0 else -abs(value)
     turn = angle if angle > 0 else angle + np.pi
     a = v / np.tan((np.pi - turn) / 2)

@@ -2,31 +2,37 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import control
 import numpy as np
 
 from slewctl._types import ComplexArray
 from slewctl.design import Controller
-from slewctl.errors import InputError, check_nonnegative, shown
+from slewctl.errors import InputError, check_nonnegative, check_number
 from slewctl.loop.broken import BrokenLoop
 from slewctl.loop.closed import Loop, UnstableLoopError
 from slewctl.loop.hybrid import HybridDelay, delayed_loop, fastest_that_matters, smallest_delay
 from slewctl.loop.margins import Margins, check_single, classical_margins
-from slewctl.loop.naming import Modes, modes_of
-from slewctl.loop.sampled import SampledLoop
-from slewctl.plant import GeneralisedPlant
+from slewctl.loop.naming import modes_of_pair
+from slewctl.loop.parts import (
+    Pair,
+    Plant,
+    System,
+    feedback_sign,
+    negated,
+    paired,
+    state_space,
+)
+from slewctl.loop.realisation import product
 
-System: TypeAlias = control.StateSpace | control.TransferFunction
 # A pole that neither input nor output of L reaches by more than this, relative, is hidden.
 _HIDDEN = 1e-9
 
 
 def margins(
-    plant: Loop | GeneralisedPlant | System,
+    plant: Loop | Plant,
     controller: Controller | System | float | None = None,
     *,
+    sign: int | None = None,
     skew: float = 0.0,
     delay: float = 0.0,
 ) -> Margins:
@@ -35,25 +41,26 @@ def margins(
     Stability comes first, of every state of plant and controller: a loop in which an
     unstable pole is cancelled has no margins however well its return ratio looks.
 
-    **Signs.**  python-control systems are connected by *negative* feedback: L = plant ·
-    controller, stability means 1 + L ≠ 0.  A slewctl `Controller` has its minus inside and is
-    connected with a *plus* sign: L = −K·G.
-
     Parameters
     ----------
     plant : Loop, GeneralisedPlant, control.StateSpace or control.TransferFunction
         A closed `Loop`, or, without a controller, the return ratio L; else the plant, with
         one input, at which the loop is broken, and as many outputs as the controller reads.
     controller : Controller, control.StateSpace, control.TransferFunction or float, optional
-        With a sample time and a continuous plant, the plant is sampled exactly with a
-        zero-order hold.  The margins are then those at the hold, exact for the hybrid loop
-        as far as gain and phase there are concerned; for the delay of the continuous
-        signal see `hybrid_delay_margin`.
+        Its signals are matched with the plant's by name where both have names of their own,
+        else by position.  With a sample time and a continuous plant, the plant is sampled
+        exactly with a zero-order hold.  The margins are then those at the hold, exact for the
+        hybrid loop as far as gain and phase there are concerned; for the delay of the
+        continuous signal see `hybrid_delay_margin`.
+    sign : {-1, 1}, optional
+        Of the feedback, u = sign·K y, as in `control.feedback`: −1 unless told otherwise.  A
+        slewctl `Controller` knows its own, +1, because its minus is inside; its bare
+        `system` needs ``sign=1``.
     skew : float
         σ of the disk margin (Seiler, Packard and Gahinet 2020); zero is balanced.
     delay : float
-        In s, of a sampled controller: from the sample to the input computed from it.  A
-        `Controller` brings its own.
+        In s, of a sampled controller around a continuous plant: from the sample to the input
+        computed from it.  A `Controller` brings its own, to which this is added.
 
     Returns
     -------
@@ -62,33 +69,41 @@ def margins(
     Raises
     ------
     UnstableLoopError
-        An unstable loop has no margin; the poles are named, and hidden ones called so.
+        An unstable loop has no margin; the poles are named, hidden ones called so, and where
+        the opposite sign makes it stable the message says so.
     InputError
-        For several inputs, unlike or unknown sample times, 1 + D = 0, or an improper system.
+        For several inputs, unlike or unknown sample times, 1 + D = 0, an improper system,
+        signals that do not fit together, or an option that means nothing here.
     """
+    check_number(skew, "skew")
+    late = check_nonnegative(delay, "delay")
+    if controller is None and late:
+        raise InputError(
+            "a delay belongs to a sampled controller of a continuous plant, and none is given",
+            where="delay",
+            remedy="give plant and controller, or put the delay into the loop",
+        )
     if isinstance(plant, Loop):
         if controller is not None:
-            raise InputError(
-                "a loop has its controller already", where="margins", remedy="give the loop alone"
-            )
-        plant.require_stable("margins")
-        if skew == 0:
-            return plant.margins
-        hertz = tuple(float(f) for f in plant.model.frequencies_hz)
-        return classical_margins(plant.return_ratio, skew=skew, modes=Modes(hertz, rigid=True))
-    G = _state_space(plant, "plant")
+            raise _has_its_own("margins")
+        return _of_closed(plant, sign, skew)
     if controller is None:
-        loop, named = G, None
+        loop = state_space(plant, "plant")
+        check_single(loop)
+        loop, named = loop if feedback_sign(sign) < 0 else negated(loop), None
     else:
-        loop, named = _return_ratio(G, controller, delay), _modes(G)
-    _require_stable(loop)
+        pair = _single(paired(plant, controller, sign))
+        late += _own_delay(controller)
+        loop, named = _return_ratio(pair, late), modes_of_pair(pair, late)
+    require_stable(loop)
     return classical_margins(loop, skew=skew, modes=named)
 
 
 def hybrid_delay_margin(
-    plant: SampledLoop | GeneralisedPlant | System,
-    controller: Controller | System | None = None,
+    plant: Loop | Plant,
+    controller: Controller | System | float | None = None,
     *,
+    sign: int | None = None,
     delay: float = 0.0,
 ) -> HybridDelay:
     """Return the delay that a sampled controller's loop around a continuous plant stands.
@@ -98,151 +113,93 @@ def hybrid_delay_margin(
 
     Parameters
     ----------
-    plant : SampledLoop, GeneralisedPlant, control.StateSpace or control.TransferFunction
-        A closed sampled loop, or a continuous plant with one input.
+    plant : Loop, GeneralisedPlant, control.StateSpace or control.TransferFunction
+        A closed `SampledLoop`, or a continuous plant with one input.
     controller : Controller, control.StateSpace or control.TransferFunction, optional
-        Sampled; signs as in `margins`.
+        Sampled; signals are matched as in `margins`.
+    sign : {-1, 1}, optional
+        As in `margins`.
     delay : float
-        In s, that the loop has already.  A `Controller` brings its own.
+        In s, that the loop has already.  A `Controller` brings its own, to which this is
+        added.
 
     Raises
     ------
     UnstableLoopError
         If the loop is unstable without additional delay.
     InputError
-        If the plant is not continuous or the controller not sampled.
+        If the plant is not continuous or the controller not sampled, or a closed loop is
+        given a second controller.
     """
-    if isinstance(plant, SampledLoop):
-        controller = plant.controller
-        plant = plant.plant
+    late = check_nonnegative(delay, "delay")
+    if isinstance(plant, Loop):
+        if controller is not None:
+            raise _has_its_own("hybrid_delay_margin")
+        controller, plant = plant.controller, plant.plant
     if controller is None:
         raise InputError(
             "there is no controller",
             where="hybrid_delay_margin",
             remedy="give a SampledLoop, or a continuous plant and a sampled controller",
         )
-    G = _state_space(plant, "plant")
-    K, late = _negative_feedback(controller, delay, G)
-    if not K.dt or G.dt:
+    pair = _single(paired(plant, controller, sign))
+    if not pair.clocks[1] or pair.clocks[0]:
         raise InputError(
             "this wants a continuous plant and a sampled controller",
             where="hybrid_delay_margin",
             remedy="for one clock alone, margins(...).delay_s is exact",
         )
-    with_delay = delayed_loop(G, K, late)
+    with_delay = delayed_loop(pair.plant, pair.negative, late + _own_delay(controller))
     nominal = with_delay(0.0)
-    _require_stable(nominal)
-    return smallest_delay(with_delay, float(K.dt), fastest_that_matters(G, nominal))
+    require_stable(nominal)
+    fastest = fastest_that_matters(pair.plant, nominal)
+    return smallest_delay(with_delay, pair.clocks[1], fastest)
 
 
-def _state_space(system: object, where: str) -> control.StateSpace:
-    """Return a system as a state space, its sample time known."""
-    if isinstance(system, GeneralisedPlant):
-        return system.control_path
-    if isinstance(system, control.TransferFunction):
-        system = _realised(system, where)
-    if not isinstance(system, control.StateSpace):
-        raise InputError(
-            f"{shown(system)} is no state-space system or transfer function",
-            where=where,
-            remedy="give a control.StateSpace or control.TransferFunction",
-        )
-    if system.dt is True:
-        raise InputError(
-            "its sample time is not known", where=where, remedy="give it in seconds, as dt"
-        )
-    if not all(np.all(np.isfinite(getattr(system, name))) for name in "ABCD"):
-        raise InputError("it has entries that are not finite", where=where, remedy="mend them")
-    return system
+def _has_its_own(where: str) -> InputError:
+    return InputError(
+        "a loop has its controller already", where=where, remedy="give the loop alone"
+    )
 
 
-def _realised(system: control.TransferFunction, where: str) -> control.StateSpace:
-    if system.ninputs != 1 or system.noutputs != 1:
-        raise InputError(
-            "a transfer function with several inputs or outputs",
-            where=where,
-            remedy="give a control.StateSpace",
-        )
-    up, down = (np.trim_zeros(np.atleast_1d(p[0][0]), "f") for p in (system.num, system.den))
-    if len(up) > len(down):
-        raise InputError(
-            "more zeros than poles: it has no state space",
-            where=where,
-            remedy="add poles above the frequencies of interest",
-        )
-    if not len(up):
-        return control.StateSpace([], [], [], [[0.0]], system.dt)
-    return control.tf2ss(system)
+def _of_closed(loop: Loop, sign: int | None, skew: float) -> Margins:
+    feedback_sign(sign, loop.controller)
+    loop.require_stable("margins")
+    if skew == 0:
+        return loop.margins
+    return classical_margins(loop.return_ratio, skew=skew, modes=loop.modes)
 
 
-def _negative_feedback(
-    controller: Controller | System | float, delay: float, plant: control.StateSpace
-) -> tuple[control.StateSpace, float]:
-    """Return K for negative feedback, reading the plant's outputs, and its delay in s."""
-    late = check_nonnegative(delay, "delay")
-    if isinstance(controller, Controller):
-        system, sign, late = controller.system, -1.0, late + controller.delay
-        plain = _state_space(system, "controller")
-        K = control.StateSpace(plain.A, plain.B, sign * plain.C, sign * plain.D, plain.dt)
-    elif isinstance(controller, (int, float)) and not isinstance(controller, bool):
-        K = control.StateSpace([], [], [], [[float(controller)]], plant.dt)
-    else:
-        K = _state_space(controller, "controller")
-    if plant.ninputs != 1 or K.noutputs != 1 or K.ninputs != plant.noutputs:
-        raise InputError(
-            f"a plant of {plant.ninputs} inputs and {plant.noutputs} outputs under a controller "
-            f"of {K.ninputs} inputs and {K.noutputs} outputs",
-            where="margins",
-            remedy="break one loop at the plant's only input, or use multiloop_margins",
-        )
-    if isinstance(controller, Controller):
-        K = _in_order(K, controller.sensors, plant)
-    return K, late
-
-
-def _in_order(
-    K: control.StateSpace, sensors: tuple[str, ...], plant: control.StateSpace
-) -> control.StateSpace:
-    """Return K with its inputs in the order of the plant's outputs, where those are named."""
-    names = list(plant.output_labels)
-    if set(names) != set(sensors):
-        return K
-    order = [sensors.index(name) for name in names]
-    return control.StateSpace(K.A, K.B[:, order], K.C, K.D[:, order], K.dt)
-
-
-def _return_ratio(
-    G: control.StateSpace, controller: Controller | System | float, delay: float
-) -> control.StateSpace:
+def _return_ratio(pair: Pair, late: float) -> control.StateSpace:
     """Return L = K·G, broken at the plant's input, with every state of both."""
-    K, late = _negative_feedback(controller, delay, G)
-    if K.dt and not G.dt:
-        return delayed_loop(G, K, late)(0.0)
+    plant, controller = pair.clocks
+    if controller and not plant:
+        return delayed_loop(pair.plant, pair.negative, late)(0.0)
     if late:
         raise InputError(
             "only a sampled controller of a continuous plant has a delay of its own",
             where="delay",
             remedy="put the delay into the plant, or compare margins.delay_s with it",
         )
-    if float(G.dt or 0) != float(K.dt or 0):
+    return product(pair.negative, pair.on_one_clock().plant)
+
+
+def _single(pair: Pair) -> Pair:
+    """Return the pair; refuse a plant that is not broken at one input."""
+    if pair.plant.ninputs != 1:
         raise InputError(
-            f"the plant has sample time {float(G.dt or 0):g} s, the controller "
-            f"{float(K.dt or 0):g} s",
+            f"the plant has {pair.plant.ninputs} inputs",
             where="margins",
-            remedy="sample both alike; a continuous plant is sampled here, exactly",
+            remedy="break one loop at the plant's only input, or use multiloop_margins",
         )
-    A = np.block([[G.A, np.zeros((G.nstates, K.nstates))], [K.B @ G.C, K.A]])
-    return control.StateSpace(
-        A, np.vstack([G.B, K.B @ G.D]), np.hstack([K.D @ G.C, K.C]), K.D @ G.D, G.dt
-    )
+    return pair
 
 
-def _modes(plant: control.StateSpace) -> Modes:
-    poles = np.linalg.eigvals(np.asarray(plant.A, dtype=float)).astype(complex)
-    return modes_of(poles - (1 if plant.dt else 0), float(plant.dt or 0))
+def _own_delay(controller: object) -> float:
+    return controller.delay if isinstance(controller, Controller) else 0.0
 
 
-def _require_stable(loop: control.StateSpace) -> None:
+def require_stable(loop: control.StateSpace) -> None:
     """Raise `UnstableLoopError` with the poles that are not stable, and which are hidden."""
     check_single(loop)
     broken = BrokenLoop(loop)
@@ -260,6 +217,9 @@ def _require_stable(loop: control.StateSpace) -> None:
             "so that it does not show in L and no feedback moves it"
         )
         remedy = "do not cancel poles that are not stable"
+    elif broken.stable_if_reversed:
+        what += "; with the opposite sign of the feedback it is stable"
+        remedy = "look at `sign`: it is -1, negative feedback, unless told otherwise"
     raise UnstableLoopError(what, where="margins", remedy=remedy)
 
 

@@ -127,6 +127,18 @@ class Realisation:
         )
 
 
+def matrices(system: control.StateSpace) -> tuple[Array, Array, Array, Array]:
+    """Return A, B, C and D of a system."""
+    A, B, C, D = (np.asarray(getattr(system, name), dtype=float) for name in "ABCD")
+    return A, B, C, D
+
+
+def product(second: control.StateSpace, first: control.StateSpace) -> control.StateSpace:
+    """Return second·first on their common clock, the states of `first` first."""
+    both = Realisation(*matrices(second)).after(Realisation(*matrices(first)))
+    return control.StateSpace(both.A, both.B, both.C, both.D, first.dt)
+
+
 def diagonal(first: Array, second: Array) -> Array:
     """Return the block-diagonal matrix of two matrices, also of empty ones."""
     corner = np.zeros((first.shape[0], second.shape[1]))
@@ -135,12 +147,16 @@ def diagonal(first: Array, second: Array) -> Array:
 
 
 def check_system(system: object, where: str) -> control.StateSpace:
-    """Return `system`; refuse what is not a `control.StateSpace` of finite numbers."""
+    """Return `system`; refuse what is no `control.StateSpace` of finite numbers and known clock."""
     if not isinstance(system, control.StateSpace):
         raise InputError(
             f"{shown(system)} is not a control.StateSpace",
             where=where,
             remedy="convert it with control.ss",
+        )
+    if system.dt is True:
+        raise InputError(
+            "its sample time is not known", where=where, remedy="give it in seconds, as dt"
         )
     if not all(np.isfinite(np.asarray(getattr(system, name))).all() for name in "ABCD"):
         raise InputError("a matrix is not finite", where=where, remedy="give finite numbers")

@@ -21,9 +21,11 @@ from scipy.linalg import schur, solve_sylvester
 
 from slewctl._types import ComplexArray
 from slewctl.errors import AccuracyError, InputError, shown
+from slewctl.frequency import FrequencyResponse
 from slewctl.loop.closed import Loop, UnstableLoopError
 from slewctl.loop.margins import Crossing, classical_margins
-from slewctl.loop.naming import Modes
+from slewctl.loop.naming import mode_name
+from slewctl.loop.parts import arranged
 from slewctl.loop.realisation import Realisation, diagonal, realisation
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
@@ -50,7 +52,7 @@ class SmallGain:
     frequency_hz : float
         Where.
     mode : str
-        The nearest mode of the truth.
+        The mode of the truth with the largest share there.
     certified : bool
         Whether the value is below one, which makes the loop on the truth stable.
     """
@@ -105,7 +107,7 @@ class Spillover:
     critical_hz : float or None
         The frequency at which it does.
     first : str
-        The mode of the truth nearest to that frequency; empty if there is none.
+        The mode of the truth with the largest share there; empty if there is none.
     """
 
     modes: tuple[ResidualMode, ...]
@@ -139,7 +141,7 @@ def small_gain(loop: Loop, design: Model) -> SmallGain:
     parts = LeftOut.of(loop, design)
     peak = parts.seen(parts.difference).peak()
     hertz = float(peak.omega / (2 * np.pi)) if np.isfinite(peak.omega) else np.inf
-    return SmallGain(peak.value, hertz, _nearest(loop.model, hertz), peak.value < 1)
+    return SmallGain(peak.value, hertz, parts.largest(peak.omega, loop.model), peak.value < 1)
 
 
 def residual_modes(loop: Loop, design: Model) -> Spillover:
@@ -171,7 +173,8 @@ def residual_modes(loop: Loop, design: Model) -> Spillover:
                 not _closed_stable(seen, 1.0),
             )
         )
-    return Spillover(tuple(found), whole, hertz, _nearest(loop.model, hertz))
+    at = np.inf if hertz is None else 2 * np.pi * hertz
+    return Spillover(tuple(found), whole, hertz, parts.largest(at, loop.model))
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,10 +210,11 @@ class LeftOut:
                 where="small_gain",
                 remedy="close one, as in slewctl.close(truth, objective, controller)",
             )
-        objective = loop.objective
+        objective, path = loop.objective, loop.plant.control_path
         reduced = realisation(generalised_plant(design, objective).control_path, "small_gain")
-        full = realisation(loop.plant.control_path, "small_gain")
-        closed = reduced.closed(realisation(loop.controller.system, "small_gain"))
+        full = realisation(path, "small_gain")
+        K = arranged(loop.controller.system, path.output_labels, path.input_labels, "controller")
+        closed = reduced.closed(realisation(K, "small_gain"))
         if not closed.stable:
             raise UnstableLoopError(
                 "the controller does not stabilise the design model itself",
@@ -241,6 +245,20 @@ class LeftOut:
     def seen(self, part: Realisation) -> Realisation:
         """Return KS·part, from the actuator round the loop to itself."""
         return self.control.after(part)
+
+    def largest(self, omega: float, model: Model) -> str:
+        """Return the name of the mode with the largest share in KSΔ at ω in rad/s."""
+        if not np.isfinite(omega):
+            return ""
+        point = np.array([omega])
+        KS = FrequencyResponse(self.control.system)(point).reshape(self.control.D.shape)
+        parts = [self.of_mode(k) for k in range(len(self.truth))]
+        shares = [
+            np.linalg.norm(KS @ FrequencyResponse(part.system)(point).reshape(part.D.shape))
+            for part in parts
+        ]
+        k = int(np.argmax(shares))
+        return mode_name(k + 1, float(model.frequencies_hz[k]))
 
 
 def _modes(P: Realisation, model: Model) -> tuple[Realisation, tuple[Realisation, ...]]:
@@ -358,8 +376,3 @@ def _confirm(seen: Realisation, share: float) -> None:
 def _closed_stable(seen: Realisation, share: float) -> bool:
     """Whether 1 − share·seen has all its zeros left of the axis."""
     return bool(np.linalg.eigvals(seen.A + share * seen.B @ seen.C).real.max() < 0)
-
-
-def _nearest(model: Model, hertz: float | None) -> str:
-    """Return the name of the mode nearest to a frequency."""
-    return Modes(tuple(float(f) for f in model.frequencies_hz), rigid=True).nearest(hertz)

@@ -73,11 +73,12 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
     panels = len(edges) + 1
     few = -(-12 // panels)
     terms = 3 + 2 * modes // panels + few
-    coarse = _solved(arm, Polynomial(panels * terms, edges), modes, boundary, None)
+    first = Polynomial(panels * terms, edges)
+    coarse = modes_in(arm, first, modes, boundary, tolerance=_ROUGHLY)
     while True:
         terms += max(1, few, terms // 4)
         basis = Polynomial(panels * terms, edges)
-        fine = _solved(arm, basis, modes, boundary, coarse)
+        fine = modes_in(arm, basis, modes, boundary, coarse)
         omega = fine.omega[:modes]
         change = np.abs(coarse.omega[:modes] / omega - 1)
         if change.max() <= _TARGET or basis.n > max(_MOST_FUNCTIONS, panels * _MOST_TERMS):
@@ -85,12 +86,28 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
         coarse = fine
 
 
-def _solved(
-    arm: Arm, basis: Polynomial, modes: int, boundary: Boundary, coarse: RitzModes | None
+def modes_in(
+    arm: Arm,
+    basis: Polynomial,
+    modes: int,
+    boundary: Boundary,
+    coarse: RitzModes | None = None,
+    tolerance: float = 1e-10,
 ) -> RitzModes:
-    """Return modes in one basis, from those in a smaller one where that saves work."""
+    """Return the first `modes` modes, or more, in one basis with as many terms on each panel.
+
+    Parameters
+    ----------
+    arm : Arm
+    basis : Polynomial
+    modes : int
+    boundary : {"hub-locked", "free"}
+    coarse : RitzModes, optional
+        Those in a basis of fewer terms, to start from.
+    tolerance : float
+        Relative error of the shapes; that of the frequencies is its square.
+    """
     if basis.n <= max(_SMALL, 3 * trials(modes)):
         return ritz_modes(factors(arm, basis), boundary)
-    if coarse is None:
-        return lowest_modes(arm, basis, modes, boundary, tolerance=_ROUGHLY)
-    return lowest_modes(arm, basis, modes, boundary, coarse.shapes[:, : trials(modes)])
+    start = coarse.shapes[:, : trials(modes)] if coarse else None
+    return lowest_modes(arm, basis, modes, boundary, start, tolerance)

@@ -18,7 +18,7 @@ from slewctl.basis import Polynomial
 from slewctl.errors import AccuracyError
 from slewctl.model.adjustable import Adjustable
 from slewctl.model.assembly import Boundary
-from slewctl.model.locked import ritz_frequencies_hz
+from slewctl.model.converge import modes_in
 
 _STEP = 1e-4  # of the differences in coordinates whose typical size is one
 _LEAST_START = 0.01  # a search that starts on the bound may stay there
@@ -105,8 +105,9 @@ class Problem:
     def residuals(self, coordinates: Array) -> Array:
         """Return f(p)/f − 1 of the measured modes, shape (m,)."""
         basis = Polynomial(self.functions, self.arm.beam.breakpoints)
-        found = ritz_frequencies_hz(self.arm_at(coordinates), basis, self.boundary)
-        return found[np.array(self.modes) - 1] / self.measured_hz - 1
+        found = modes_in(self.arm_at(coordinates), basis, max(self.modes), self.boundary)
+        hz = found.omega[np.array(self.modes) - 1] / (2 * np.pi)
+        return hz / self.measured_hz - 1
 
     def jacobian(self, coordinates: Array) -> Array:
         """Return the derivatives of the residuals, shape (m, n), by second-order differences."""

@@ -43,24 +43,11 @@ class Piece:
         poles, vectors = poles.astype(complex), vectors.astype(complex)
         slow = _rigid(poles, size)
         Z, A_rigid = _rigid_subspace(block, np.abs(poles[slow]).max(initial=0.0), slow, size)
-        chosen = np.flatnonzero(~slow)
-        for width in _CLUSTERED:
-            clusters = _clusters(poles, vectors, chosen, width)
-            order, modes = _paired(poles, sorted(set(chosen.tolist()).difference(*clusters)))
-            bases = [_invariant(block, poles, cluster) for cluster in clusters]
-            T = np.hstack([Z, vectors[:, order], *bases])
-            if np.linalg.cond(T) <= _WORST_CONDITION:
-                break
-        else:
-            raise AccuracyError(
-                "the modes of the system are too nearly parallel to be told apart",
-                where="reduction",
-                remedy="use modal coordinates",
-            )
+        T, order, modes, clusters = _split(block, poles, vectors, Z, np.flatnonzero(~slow))
         inverse = np.linalg.inv(T)
         k, single = Z.shape[1], Z.shape[1] + len(order)
         # The eigenvalues' errors are of the size of A; a Rayleigh quotient's are not.
-        exact = np.einsum("ij,jk,ki->i", inverse, block, T)[k:single]
+        exact = np.einsum("ij,ji->i", inverse @ block, T)[k:single]
         exact = np.where(poles[order].imag == 0, exact.real, exact).astype(complex)
         upper = np.flatnonzero(exact.imag > 0)
         exact[upper + 1] = exact[upper].conj()
@@ -89,6 +76,33 @@ class Piece:
         )
 
 
+def _split(
+    A: Array, poles: ComplexArray, vectors: ComplexArray, rigid: Array, chosen: IntArray
+) -> tuple[ComplexArray, list[int], tuple[tuple[int, ...], ...], list[tuple[int, ...]]]:
+    """Return a basis of all subspaces: the rigid body's, single modes, poles that coincide.
+
+    Returns
+    -------
+    T : ndarray of complex, shape (n, n)
+    order : list of int
+        Poles of the single modes.
+    modes, clusters : sequence of tuple of int
+        Single modes, by their place in `order`; poles of each of the others.
+    """
+    for width in _CLUSTERED:
+        clusters = _clusters(poles, vectors, chosen, width)
+        order, modes = _paired(poles, sorted(set(chosen.tolist()).difference(*clusters)))
+        bases = [_invariant(A, poles, cluster) for cluster in clusters]
+        T = np.hstack([rigid, vectors[:, order], *bases])
+        if np.linalg.cond(T) <= _WORST_CONDITION:
+            return T, order, modes, clusters
+    raise AccuracyError(
+        "the modes of the system are too nearly parallel to be told apart",
+        where="reduction",
+        remedy="use modal coordinates",
+    )
+
+
 def _starts(groups: Sequence[Sequence[int]], first: int) -> list[int]:
     """Return where each of consecutive groups begins."""
     return [*accumulate((len(group) for group in groups[:-1]), initial=first)] if groups else []
@@ -109,11 +123,8 @@ def _clusters(
     own, shapes = poles[chosen], vectors[:, chosen]
     sizes = np.abs(own)
     apart = np.abs(own[:, None] - own) / np.maximum(sizes[:, None], sizes)
-    # The rest of each eigenvector across another, which is the sine of their angle.
-    across = np.linalg.norm(
-        shapes[:, :, None] - shapes[:, None] * (shapes.conj().T @ shapes).T[None], axis=0
-    )
-    joined = (apart <= width) & (across <= width)
+    cosines = np.abs(shapes.conj().T @ shapes)
+    joined = (apart <= width) & (1 - cosines**2 <= width**2)
     # The conjugate of a cluster is one as well; both are one mode, with real coordinates.
     upper = chosen[own.imag > 0]
     pairs = np.searchsorted(chosen, upper)

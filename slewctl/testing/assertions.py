@@ -8,15 +8,15 @@ from slewctl.check.words import number_text
 from slewctl.design import Controller
 from slewctl.errors import check_nonnegative
 from slewctl.loop import Crossing, Loop, Margins, UnstableLoopError
-from slewctl.loop.public import System
+from slewctl.loop.parts import Plant, System
 from slewctl.loop.public import margins as margins_of
-from slewctl.plant import GeneralisedPlant
 
 
 def assert_margins(
-    loop: Loop | GeneralisedPlant | System,
+    loop: Loop | Plant,
     controller: Controller | System | float | None = None,
     *,
+    sign: int | None = None,
     gain_db: float | None = None,
     phase_deg: float | None = None,
     delay_s: float | None = None,
@@ -28,11 +28,12 @@ def assert_margins(
     Parameters
     ----------
     loop : Loop, GeneralisedPlant, control.StateSpace or control.TransferFunction
-        From `slewctl.close`; or a return ratio L for negative feedback, 1 + L = 0; or, with a
-        controller, the plant.  Continuous or sampled.
+        From `slewctl.close`; or a return ratio L; or, with a controller, the plant.
+        Continuous or sampled.
     controller : Controller, control.StateSpace, control.TransferFunction or float, optional
-        A python-control system is connected by negative feedback, L = plant · controller; a
-        slewctl `Controller` has its minus inside.  See `slewctl.margins`.
+        Its signals are matched with the plant's by name; see `slewctl.margins`.
+    sign : {-1, 1}, optional
+        Of the feedback, −1 unless told otherwise; a slewctl `Controller` knows its own.
     gain_db : float, optional
         Least change of the gain, up or down, in dB, that makes it unstable.
     phase_deg : float, optional
@@ -68,7 +69,7 @@ def assert_margins(
         name: check_nonnegative(limit, name) for name, limit in limits.items() if limit is not None
     }
     try:
-        margins = margins_of(loop, controller)
+        margins = margins_of(loop, controller, sign=sign)
     except UnstableLoopError as error:
         raise AssertionError(f"{error.what}; an unstable loop has no margin") from None
     short = _shortfalls(margins, asked) if asked else []

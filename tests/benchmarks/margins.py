@@ -24,11 +24,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "loop"))
 from brute_force import BruteMargins
 from flexible_loops import FlexibleLoop, random_flexible_loops
+from mixed_loops import random_mixed_loops
 
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.public import margins
 
 EXACT, PEER = 1e-7, 1e-2
+# Beside lags 1e6 times as fast as a mode, ε‖A‖ against its half-width.
+MIXED = 1e-5
 EVERY = 10
 
 
@@ -139,6 +142,35 @@ def peers(loop: FlexibleLoop, brute: BruteMargins, count: Counter[str]) -> tuple
     )
 
 
+def mixed(number: int, seed: int) -> None:
+    """Print what becomes of loops that are not modal, against exact arithmetic."""
+    count: Counter[str] = Counter()
+    worst = 0.0
+    for loop in random_mixed_loops(seed, number):
+        count[f"{loop.kind}, {'stable' if loop.stable else 'unstable'}"] += 1
+        try:
+            m = margins(loop.plant, loop.controller, sign=loop.sign)
+        except UnstableLoopError:
+            count["stable loops refused"] += loop.stable
+            continue
+        if not loop.stable:
+            count["unstable loops given margins"] += 1
+            continue
+        (down, up), (turn, late) = loop.gain_limits, loop.phase_and_delay
+        exact = {"up": up, "down": 1 / down if down else math.inf}
+        exact |= {"phase": math.degrees(turn), "delay": late}
+        errors = [abs(excess(value, exact[name])) for name, value in factors(m).items()]
+        wrong = max(errors) > MIXED or len(m.gain_crossings_hz) != len(loop.gain_crossings)
+        count["wrong"] += wrong
+        count["wrong and confirmed"] += wrong and m.confirmed
+        count["unconfirmed"] += not m.confirmed
+        worst = max([worst, *(e for e in errors if math.isfinite(e))])
+    print(f"{number} loops that are not modal from seed {seed}, exact to {MIXED:g}")
+    for name, times in sorted(count.items()):
+        print(f"  {name:40}{times:8}")
+    print(f"  {'worst error':40}{worst:12.2e}")
+
+
 def main() -> None:
     """Print what was found."""
     number = int(sys.argv[1]) if len(sys.argv) > 1 else 400
@@ -181,6 +213,7 @@ def main() -> None:
         print(f"  CPU seconds, {name:27}median {np.median(values):.3f}, most {max(values):.3f}")
     for name, values in ratio.items():
         print(f"  {name:40}{np.median(values):8.1f} (median CPU time)")
+    mixed(3 * number, seed)
 
 
 if __name__ == "__main__":

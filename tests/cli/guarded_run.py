@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import tempfile
 import traceback
 import warnings
 from collections.abc import Iterator
@@ -69,7 +70,7 @@ def guarded_run(command: str, text: str, folder: Path) -> Run:
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter("always")
         try:
-            with _inside(folder), _no_longer_than(LIMITS_S[command]):
+            with _inside(folder), _below_python() as written, _no_longer_than(LIMITS_S[command]):
                 done = slewctl(*arguments)
         except OutOfTimeError:
             return Run(None, (f"hang: more than {LIMITS_S[command]} s",))
@@ -80,6 +81,7 @@ def guarded_run(command: str, text: str, folder: Path) -> Run:
         for one in seen
         if not issubclass(one.category, _HIDDEN)
     ]
+    faults += [f"written by a library: {line}" for line in written]
     if done.returncode not in (0, 1, 2):
         faults.append(f"status: {done.returncode}")
     if "Traceback" in done.stdout + done.stderr:
@@ -139,6 +141,24 @@ def _inside(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.chdir(before)
+
+
+@contextmanager
+def _below_python() -> Iterator[list[str]]:
+    """Yield a list that afterwards holds what compiled code, such as LAPACK, printed."""
+    lines: list[str] = []
+    with tempfile.TemporaryFile() as file:
+        before = [(number, os.dup(number)) for number in (1, 2)]
+        for number, _ in before:
+            os.dup2(file.fileno(), number)
+        try:
+            yield lines
+        finally:
+            for number, kept in before:
+                os.dup2(kept, number)
+                os.close(kept)
+            file.seek(0)
+            lines += file.read().decode(errors="replace").splitlines()
 
 
 @contextmanager

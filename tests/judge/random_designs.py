@@ -29,9 +29,10 @@ SENSORS = (
     ("theta", "deflection"),
     ("theta", "root_moment"),
 )
-KINDS = ("lqg", "sampled", "integral", "pole-placement", "pd-notch", "lead", "positive-position",
-         "companion", "sampled companion")  # fmt: skip
-SHARES = (0.3, 0.26, 0.06, 0.08, 0.06, 0.05, 0.05, 0.08, 0.06)
+SHARES = {
+    "lqg": 0.3, "sampled": 0.26, "integral": 0.06, "pole-placement": 0.08, "pd-notch": 0.06,
+    "lead": 0.05, "positive-position": 0.05, "companion": 0.08, "sampled companion": 0.06,
+}  # fmt: skip
 SOURCES = (*(name for name in NAMES if name != "polynomial"), "balanced-truncation")
 
 
@@ -181,18 +182,18 @@ def _given(law: Law, delay: float) -> sc.Controller:
 
 def companion(rng: np.random.Generator, arm: sc.Arm, objective: sc.Objective, hertz: float,
               sampled: bool) -> sc.Controller:  # fmt: skip
-    """Return PID control of the hub angle with two lags, fast or slow, in companion form."""
+    """Return PD or PID control of the hub angle with two lags, fast or slow, in companion form."""
     band = float(2 * math.pi * hertz * 10 ** rng.uniform(-1.5, 0.2))
     inertia = float(sc.truth(arm, 4).mass[0, 0])
     lag = 1 / (band * 10 ** rng.uniform(0.5, 4))
-    integral = float(rng.choice([0.0, 0.3]))
-    gains = inertia * np.array([1.4 * band, band**2, integral * band**3])
+    gains = inertia * np.array([1.4 * band, band**2, 0.3 * band**3])
     if objective.actuator == "voltage" and arm.motor is not None:
         gains = gains / arm.motor.torque_per_volt
-    poles = np.poly([0.0, -1 / lag, -3 / lag])
-    A = np.diag([1.0, 1.0], -1)
+    size = int(rng.choice([2, 3]))  # without the integral, or with it
+    poles = np.poly([-1 / lag, -3 / lag, 0.0][:size])
+    A = np.eye(size, k=-1)
     A[0] = -poles[1:]
-    B, C, D = np.eye(3)[:, :1], -gains[None] * 3 / lag**2, np.zeros((1, 1))
+    B, C, D = np.eye(size)[:, :1], -gains[None, :size] * 3 / lag**2, np.zeros((1, 1))
     step = delay = 0.0
     if sampled:
         step = float(10 ** rng.uniform(-2, 0.3) / hertz / 4)
@@ -221,7 +222,11 @@ def options_of(rng: np.random.Generator, kind: str, hertz: float) -> Mapping[str
 
 
 def random_designs(
-    seed: int, count: int, most_modes: int = 10, refused: Counter[str] | None = None
+    seed: int,
+    count: int,
+    most_modes: int = 10,
+    refused: Counter[str] | None = None,
+    shares: Mapping[str, float] = SHARES,
 ) -> Iterator[Design]:
     """Yield so many designs; what could not be designed is counted and left out.
 
@@ -231,11 +236,13 @@ def random_designs(
     most_modes : int
         Truths keep from 6 to as many.
     refused : Counter, optional
+    shares : mapping of str to float
+        How often each kind is drawn.
     """
     rng = np.random.default_rng(seed)
     made = 0
     while made < count:
-        kind = str(rng.choice(KINDS, p=SHARES))
+        kind = str(rng.choice(list(shares), p=list(shares.values())))
         arm, n, modes = (
             random_arm(rng),
             int(rng.integers(1, 5)),

@@ -43,6 +43,16 @@ def test_no_verdict_is_wrong_over_many_designs() -> None:
     holds(tally, 100)
 
 
+@pytest.mark.slow
+def test_margins_of_controllers_in_companion_form() -> None:
+    """PD and PID with two lags, of which the fast ones make entries of 1e9 and more."""
+    shares = {"companion": 0.6, "sampled companion": 0.4}
+    tally = Tally().judge(random_designs(5, 40, most_modes=7, shares=shares), figures=20)
+    assert tally.wrong == []
+    assert tally.wrong_figures == []
+    assert tally.counts["with figures"] == 20
+
+
 @pytest.mark.parametrize("always", [True, False])
 def test_a_verdict_that_is_always_the_same_is_found_out(always: bool) -> None:
     class Careless(Design):

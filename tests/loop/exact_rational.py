@@ -72,3 +72,17 @@ def real_crossings(loop: control.StateSpace) -> Array:
     """Return every ω > 0 in rad/s where Im L changes sign at a finite, nonzero L."""
     (ne, no), (pe, po) = (_parts(p) for p in fraction(loop))
     return _positive_roots(no * pe - ne * po, float(loop.dt or 0))
+
+
+def stable(loop: control.StateSpace) -> bool:
+    """Whether every closed-loop pole, hidden ones included, is stable: exactly."""
+    A, B, C = _matrix(loop.A), _matrix(loop.B), _matrix(loop.C)
+    room = 1 + fmpq(*float(loop.D[0, 0]).as_integer_ratio())
+    closed = (A - B * C * (1 / room)).charpoly()
+    if loop.dt:
+        closed = _bilinear(closed, loop.nstates)
+    return all(
+        bool(root.real < 0)
+        for factor, _ in closed.numer().factor_squarefree()[1]
+        for root, _ in factor.complex_roots()
+    )

@@ -17,6 +17,7 @@ from scipy.linalg import block_diag, expm
 
 from slewctl.errors import AccuracyError
 from slewctl.linalg import solve_riccati
+from slewctl.loop.parts import static
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -176,7 +177,7 @@ def _lqg(
     rng: np.random.Generator, omega: Array, zeta: Array, residues: Array
 ) -> control.StateSpace:
     m = int(rng.integers(1, 5))
-    empty = control.StateSpace([], [], [], [[1.0]])
+    empty = static(1.0)
     P = FlexibleLoop(omega[: m + 1], zeta[: m + 1], residues[: m + 1], empty).plant
     speed = omega[1] * float(10 ** rng.uniform(-1.3, 0.5))
     Q, R = P.C.T @ P.C, np.array([[speed**-4]])

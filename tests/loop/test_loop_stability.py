@@ -118,6 +118,20 @@ def test_frequencies_of_the_instability() -> None:
     np.testing.assert_allclose(found, np.abs(growing) / (2 * np.pi), rtol=1e-8)
 
 
+def test_describe_names_the_smaller_of_rise_and_fall() -> None:
+    """With integral action the gain may not fall without limit; the poles say how far."""
+    plant = generalised_plant(assemble(uniform_arm(), ClampedFree(3)), TWO_SENSORS)
+    loop = close(truth(uniform_arm(), 5), TWO_SENSORS, lqg(plant, integral_limit=0.1))
+    m = loop.margins
+    assert m.gain_reduction_db.value < m.gain_db.value
+    assert f"gain margin {m.gain_reduction_db.value:.2f} dB" in loop.describe()
+    assert f"gain margin {m.gain_reduction_db.value:.2f} dB" in loop._repr_html_()
+    L = loop.return_ratio
+    for more, stable in ((-1e-4, True), (1e-4, False)):
+        factor = 10 ** (-(m.gain_reduction_db.value + more) / 20)
+        assert (np.linalg.eigvals(L.A - factor * L.B @ L.C).real.max() < 0) == stable
+
+
 def test_describe_names_the_verdict() -> None:
     assert re.match(
         r"stable: gain margin \S+ dB, phase margin \S+ deg, H2 cost", stable_loop().describe()

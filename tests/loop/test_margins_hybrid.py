@@ -13,6 +13,7 @@ from slewctl import ClampedFree, assemble, close, generalised_plant, lqg, truth
 from slewctl.errors import InputError
 from slewctl.loop import UnstableLoopError
 from slewctl.loop.hybrid import delayed_loop, sampled_with_delay, smallest_delay
+from slewctl.loop.parts import static
 from slewctl.loop.public import hybrid_delay_margin, margins
 from slewctl.plant import sampled_plant
 
@@ -24,7 +25,7 @@ def radius(loop: control.StateSpace) -> float:
 
 
 def continuous(loop: FlexibleLoop) -> control.StateSpace:
-    one = control.StateSpace([], [], [], [[1.0]])
+    one = static(1.0)
     return FlexibleLoop(loop.omega, loop.zeta, loop.residues, one).plant
 
 
@@ -130,7 +131,7 @@ def test_smallest_delay_takes_any_loop() -> None:
     """A loop given by hand: a pure delay of whole samples, L = k z^(−1−d)."""
 
     def loop(delay: float) -> control.StateSpace:
-        return delayed_loop(control.ss(2.0 / (S + 1)), control.ss([], [], [], [[3.0]], 0.2))(delay)
+        return delayed_loop(control.ss(2.0 / (S + 1)), static(3.0, 0.2))(delay)
 
     found = smallest_delay(loop, 0.2)
     assert radius(loop(found.seconds * (1 - 1e-6))) < 1 < radius(loop(found.seconds * (1 + 1e-6)))
@@ -152,3 +153,16 @@ def test_loop_of_an_arm_agrees_with_the_exactly_sampled_plant() -> None:
     again = margins(loop.plant, controller)
     assert again.phase_deg.value == pytest.approx(loop.margins.phase_deg.value, rel=1e-9)
     assert again.gain_db.value == pytest.approx(loop.margins.gain_db.value, rel=1e-9)
+
+
+@pytest.mark.parametrize("lag", [0.01, 0.05])
+def test_a_controller_with_a_pole_at_minus_one(lag: float) -> None:
+    """Infinite at half the sampling frequency: less than a sample is stood, and the poles say it."""
+    P, K = control.ss(1 / (lag * S + 1)), control.tf([0.1], [1, 1], 0.1)
+    found = hybrid_delay_margin(P, K)
+    with_delay = delayed_loop(P, control.ss(K))
+    for delay in np.linspace(0, found.seconds * (1 - 1e-6), 20):
+        assert radius(with_delay(delay)) < 1
+    assert radius(with_delay(found.seconds * (1 + 1e-6))) > 1
+    assert found.seconds < 0.1
+    assert margins(P, K).delay_s.value == 0

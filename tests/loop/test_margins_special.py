@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from loop_examples import loop_on, stable_loop, uniform_arm, unstable_loop
 
 from slewctl.errors import InputError, SlewctlError
-from slewctl.loop import Loop, Margins, UnstableLoopError
+from slewctl.loop import Margins, UnstableLoopError
+from slewctl.loop.parts import static
 from slewctl.loop.public import margins
 
 S = control.tf("s")
@@ -24,7 +25,7 @@ def factor(decibel: float) -> float:
 @pytest.mark.parametrize("step", [0, 0.1])
 def test_static_loop(step: float) -> None:
     """L = −0.5: 1 + 2L = 0 at every frequency, |1 + L| = 1/2, |S − 1/2| = 3/2."""
-    m = margins(control.StateSpace([], [], [], [[-0.5]], step))
+    m = margins(static(-0.5, step))
     assert factor(m.gain_db.value) == pytest.approx(2, rel=1e-15)
     assert m.gain_reduction_db.value == m.phase_deg.value == m.delay_s.value == np.inf
     assert (m.modulus.value, m.disk.value) == (0.5, pytest.approx(2 / 3))
@@ -45,7 +46,7 @@ def test_gain_margin_reached_only_at_infinite_frequency() -> None:
 @pytest.mark.parametrize(
     ("loop", "phase"),
     [
-        (control.StateSpace([], [], [], [[1.0]]), 180.0),
+        (static(1.0), 180.0),
         # L = (2 − s)/(2 + s) goes to −1: there 1 + L has no inverse.
         ((2 - S) / (2 + S), None),
         # −1 at zero frequency: a pole at the origin, whatever else.
@@ -66,9 +67,10 @@ def test_all_pass_loops(loop: control.TransferFunction, phase: float | None) -> 
 
 def test_static_loop_of_size_one() -> None:
     """L = 1: turned by 180 degrees it is −1; one sample late, a pole lies at z = −1."""
-    m = margins(control.StateSpace([], [], [], [[1.0]], 0.1))
+    m = margins(static(1.0, 0.1))
     assert m.phase_deg.value == 180
-    assert m.delay_s.value == pytest.approx(0.1)
+    assert m.delay_s.value == 0
+    assert "whole sample" in m.delay_s.note
 
 
 @given(
@@ -281,29 +283,10 @@ def test_loop_with_a_second_controller_is_refused() -> None:
         margins(stable_loop(), 1.0)
 
 
-def test_modes_are_named() -> None:
-    loop: Loop = stable_loop()
-    hertz = loop.model.frequencies_hz
-    for name in ("gain_db", "phase_deg", "modulus", "disk"):
-        crossing = getattr(loop.margins, name)
-        if crossing.frequency_hz is None:
-            continue
-        known = np.concatenate([[0.0], hertz])
-        k = int(np.argmin(np.abs(known - crossing.frequency_hz)))
-        expected = "rigid body" if k == 0 else f"mode {k} ({hertz[k - 1]:.4g} Hz)"
-        assert crossing.mode == expected
-
-
 def test_modes_of_a_bare_loop_are_its_lightly_damped_poles() -> None:
     L = 5 * S / ((S**2 + 0.02 * S + 4) * (S + 3) ** 2)
     m = margins(L)
     assert m.disk.mode == f"mode 1 ({2 / (2 * np.pi):.4g} Hz)"
-
-
-def test_mode_above_half_the_sampling_frequency_is_named_with_its_alias() -> None:
-    P = 1 / (S + 1) + 20.0 / (S**2 + 0.05 * S + 100.0)
-    m = margins(P, control.tf([0.05], [1.0], 0.5))
-    assert m.disk.mode == "mode 1 (1.592 Hz, seen at 0.4085 Hz)"
 
 
 @given(st.floats(-0.9, 0.9))

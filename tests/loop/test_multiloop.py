@@ -34,14 +34,15 @@ from slewctl.loop.multiloop import (
     perturbation_system,
 )
 from slewctl.loop.opened import input_loop, input_output_loop, one_loop, output_loop, sensitivity
+from slewctl.loop.parts import static
 
 BRACKET = 1e-4
 
 
 def satellite(a: float) -> tuple[control.StateSpace, control.StateSpace]:
-    """The spinning satellite, and its controller for connection with a plus sign."""
+    """The spinning satellite, and its controller for negative feedback."""
     plant = control.ss([[0, a], [-a, 0]], np.eye(2), [[1, a], [-a, 1]], np.zeros((2, 2)))
-    return plant, control.ss([], [], [], -np.eye(2))
+    return plant, static(np.eye(2))
 
 
 def sampled(loop: control.StateSpace, fraction: float = 0.02) -> control.StateSpace | None:
@@ -175,18 +176,20 @@ def test_the_real_perturbation_puts_a_pair_of_poles_on_the_axis(loop: control.St
     assert np.abs(poles + 1j * omega).min() < 1e-6 * omega
 
 
-def test_plant_and_controller_are_connected_with_a_plus_sign() -> None:
+def test_plant_and_controller_are_connected_with_the_sign_given() -> None:
     rng = np.random.default_rng(2)
     plant = flexible_plant(rng, 3, 2, 3)
     controller = lqg_controller(rng, plant)
     s = 0.3 + 1.1j
     G, K = plant(s), controller(s)
-    assert input_loop(plant, controller)(s) == pytest.approx(-K @ G)
-    assert output_loop(plant, controller)(s) == pytest.approx(-G @ K)
-    both = np.block([[np.zeros((2, 2)), -K], [-G, np.zeros((3, 3))]])
-    assert input_output_loop(plant, controller)(s) == pytest.approx(both)
+    for sign in (-1, 1):
+        assert input_loop(plant, controller, sign=sign)(s) == pytest.approx(-sign * K @ G)
+        assert output_loop(plant, controller, sign=sign)(s) == pytest.approx(-sign * G @ K)
+        both = np.block([[np.zeros((2, 2)), -sign * K], [-G, np.zeros((3, 3))]])
+        assert input_output_loop(plant, controller, sign=sign)(s) == pytest.approx(both)
+    assert input_loop(plant, controller)(s) == pytest.approx(K @ G)
     poles = [
-        np.sort_complex(sensitivity(opened(plant, controller)).poles())
+        np.sort_complex(sensitivity(opened(plant, controller, sign=1)).poles())
         for opened in (input_loop, output_loop, input_output_loop)
     ]
     assert poles[0] == pytest.approx(poles[1])
@@ -205,7 +208,7 @@ def test_an_arm_broken_at_its_sensors_and_everywhere() -> None:
     """At the torque the single loop's disk margin; at the sensors μ in closed form; all at
     once no more than at either place."""
     loop = flexible_arm_loop()
-    path, controller = loop.plant.control_path, loop.controller.system
+    path, controller = loop.plant.control_path, loop.controller
     at_torque = multiloop_disk_margin(input_loop(path, controller))
     assert at_torque.reached == pytest.approx(loop.margins.disk.value, rel=BRACKET)
     broken = output_loop(path, controller)
@@ -235,7 +238,7 @@ def test_static_loops(a: float, b: float, c: float, d: float) -> None:
     L = np.array([[a, c], [d, b]])
     if abs(np.linalg.det(np.eye(2) + L)) < 1e-2:
         return
-    found = multiloop_disk_margin(control.ss([], [], [], L))
+    found = multiloop_disk_margin(static(L))
     S = np.linalg.inv(np.eye(2) + L) - np.eye(2) / 2
     squares = S[0, 0] ** 2 + S[1, 1] ** 2 + 2 * abs(S[0, 1] * S[1, 0])
     both = abs(S[0, 0] * S[1, 1] - S[0, 1] * S[1, 0])
@@ -264,7 +267,7 @@ def test_what_cannot_be_answered_is_refused() -> None:
     with pytest.raises(InputError, match="does not fit"):
         input_loop(plant, one_loop(loop, 0))
     with pytest.raises(InputError, match="sample"):
-        input_loop(plant, control.ss([], [], [], -np.eye(2), 0.1))
+        input_loop(plant, static(np.eye(2), 0.1))
     at_rest = multiloop_disk_margin(input_loop(plant, controller), -1.0)
     if not at_rest.frequency_hz:
         with pytest.raises(InputError, match="critical frequency"):

@@ -9,6 +9,7 @@ from random_loops import stable_loops
 
 from slewctl.frequency import FrequencyResponse
 from slewctl.loop import Loop, classical_margins
+from slewctl.loop.parts import static
 from slewctl.peaks import PEAK_TOLERANCE, peak_gain
 
 
@@ -83,8 +84,8 @@ def test_sampled_peak_survives_damping_below_the_grid_of_z() -> None:
 
 
 def test_static_and_flat_systems() -> None:
-    static = peak_gain(control.StateSpace([], [], [], [[3.0, 4.0]]))
-    assert static.value == pytest.approx(5.0)
+    gains = peak_gain(static(np.array([3.0, 4.0])))
+    assert gains.value == pytest.approx(5.0)
     all_pass = peak_gain(control.ss(control.tf([-1, 2], [1, 2])))
     assert all_pass.value == pytest.approx(1.0, rel=PEAK_TOLERANCE)
     assert peak_gain(control.StateSpace(-1.0, 0.0, 0.0, 0.0)).value == 0.0

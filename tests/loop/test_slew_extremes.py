@@ -193,6 +193,24 @@ def test_critically_damped_loop(gain: float) -> None:
     assert_agrees(loop, Slew(30.0, 0.5), 40.0, 400_000, 1e-3)
 
 
+def test_poles_over_many_decades() -> None:
+    """A lag of 1 ns in the controller, ten decades from the slowest pole, changes nothing."""
+    found = []
+    for lag in (0.0, 1e-9):
+        gains = [[-20.0, -8.0]]
+        signals = {"inputs": ["theta", "theta_dot"], "outputs": ["torque"]}
+        pd = (
+            control.StateSpace([[-1 / lag]], np.array(gains) / lag, [[1.0]], [[0, 0]], **signals)
+            if lag
+            else control.StateSpace([], [], [], gains, **signals)
+        )
+        loop = close(truth(uniform_arm(damping_ratio=0.02), 12), TWO_SENSORS, pd)
+        found.append(summary(loop, Slew(40.0, 1.0)))
+    ideal, lagging = found
+    for name in ("settling_time_s", "residual_m", "peak_torque", "overshoot"):
+        assert getattr(lagging, name) == pytest.approx(getattr(ideal, name), rel=1e-7)
+
+
 @pytest.mark.parametrize("T", [0.0, 0.02])
 @pytest.mark.parametrize("duration", [1e-300, 1e-150, 1e-50, 1e-9, 1e4, 1e9, 1e50, 1e150, 1e300])
 def test_absurd_durations_are_answered_or_refused(duration: float, T: float) -> None:

@@ -96,7 +96,7 @@ def made_or_refused(make: Callable[[Arm], Made], arm: Arm) -> Made | None:
             return None
 
 
-@deterministic(25)
+@deterministic(15)
 @given(
     st.dictionaries(
         st.sampled_from(list(ORDINARY)), st.floats(-40, 40).map(lambda e: 10.0**e), max_size=3

@@ -17,8 +17,10 @@ from slewctl import (
     Stations,
     WithStatic,
     assemble,
+    fit,
     state_space,
     truth,
+    vary,
 )
 from slewctl.basis import Basis, Polynomial
 from slewctl.model import frequencies
@@ -106,6 +108,15 @@ def test_ragged_profiles_have_modes_from_above(basis: Basis) -> None:
     assert_allclose(
         model.omega[:2], exact.omega[:2], rtol=1e-7 if basis.name == "arm-matched" else 1
     )
-    # Few stations would do for smooth profiles only: the ragged ones need their panels.
+    # Few functions would do for smooth profiles only: the ragged ones need their panels.
     coarse = ritz_modes(factors(arm, Polynomial(12)), "free")
     assert coarse.omega[0] > exact.omega[0] * (1 + 1e-6)
+
+
+def test_an_arm_of_many_stations_is_fitted() -> None:
+    """The stiffness that makes the frequencies measured is found again: 1.1 of that given."""
+    arm = Arm(Beam(1.3, *ragged(300)), Hub(0.3))
+    stiffer = vary(arm, stiffness_factor=1.1)
+    measured = dict(enumerate(frequencies(stiffer, 2).hz, start=1))
+    found = fit(arm, measured, free=["beam.stiffness"])
+    assert_allclose(frequencies(found.arm, 4).hz, frequencies(stiffer, 4).hz, rtol=1e-7)
