@@ -20,6 +20,9 @@ import pytest
 
 # What a design looks like that is not valid TOML: it must fail and not go unseen.
 _TABLES = (re.compile(r"^\s*\[\s*arm\b", re.M), re.compile(r"^\s*\[\s*controller\b", re.M))
+# What slewctl itself refuses to parse: larger files, and keys of very many parts.
+_MOST_BYTES = 1_000_000
+_ENDLESS_KEY = re.compile(r"(?:[.]\s*+[^\s.=]++\s*+){50}")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -38,13 +41,23 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Add the folders of designs to the paths that pytest looks at when none is named."""
     config.addinivalue_line("markers", "slewctl: a requirement of a design file")
-    if config.args_source is pytest.Config.ArgsSource.TESTPATHS:
+    if _from_testpaths(config):
         seen = [Path(argument).resolve() for argument in config.args]
         config.args += [
             str(folder)
             for folder in config.getini("slewctl_designs")
             if folder.exists() and not any(_below(folder, path) for path in seen)
         ]
+
+
+def _from_testpaths(config: pytest.Config) -> bool:
+    """Return whether pytest looks where its configuration says, and nowhere else."""
+    source = getattr(config, "args_source", None)
+    if source is not None:
+        return source is pytest.Config.ArgsSource.TESTPATHS
+    # Before pytest 7.2 nobody says so.
+    named = config.option.file_or_dir
+    return not named and config.args == config.getini("testpaths")
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
@@ -71,11 +84,15 @@ def _below(path: Path, folder: Path) -> bool:
 
 def _is_design(path: Path) -> bool:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        with path.open("rb") as file:
+            text = file.read(_MOST_BYTES + 1).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError):
         return False
+    tables = all(table.search(text) for table in _TABLES)
+    if len(text) > _MOST_BYTES or _ENDLESS_KEY.search(text):
+        return tables
     try:
         content = tomllib.loads(text)
     except (ValueError, RecursionError):
-        return all(table.search(text) for table in _TABLES)
+        return tables
     return isinstance(content.get("arm"), dict) and isinstance(content.get("controller"), dict)

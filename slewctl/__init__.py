@@ -7,6 +7,7 @@ small one, and judge every controller on a converged model of the same arm::
         → close(truth(arm), objective, controller) → loop.stable, loop.margins, loop.h2
 """
 
+import slewctl._interrupt  # noqa: F401  (first: a Ctrl-C may come while the rest loads)
 from slewctl.arm import (
     Arm,
     Beam,

@@ -8,13 +8,23 @@ impossible numbers in the same words everywhere.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import reprlib
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from functools import partial
 from numbers import Integral, Real
 from typing import Any, TypeVar
 
+from slewctl.escape import one_line
+
 T = TypeVar("T")
+
+# Characters of a value, of what is wrong and of the remedy that a person reads.
+_MOST_SHOWN = 60
+_MOST_WHAT = 500
+_MOST_REMEDY = 250
+# Faults of one file that are told at once.
+_MOST_FAULTS = 20
 
 
 class SlewctlError(Exception):
@@ -44,27 +54,85 @@ class SlewctlError(Exception):
         return type(self)(self.what, where=where, remedy=self.remedy)
 
     def __str__(self) -> str:
-        place = f"{self.where}: " if self.where else ""
-        advice = f"; {self.remedy}" if self.remedy else ""
-        return f"{place}{self.what}{advice}"
+        place = f"{one_line(self.where)}: " if self.where else ""
+        advice = f"; {clipped(self.remedy, _MOST_REMEDY)}" if self.remedy else ""
+        return f"{place}{clipped(self.what, _MOST_WHAT)}{advice}"
 
 
 class InputError(SlewctlError, ValueError):
     """A value that the user gave is impossible, unknown or of the wrong shape."""
 
 
+class FaultsError(InputError):
+    """Several faults of one file, told one a line.
+
+    Parameters
+    ----------
+    faults : sequence of SlewctlError
+        At least one.
+    """
+
+    def __init__(self, faults: Sequence[SlewctlError]) -> None:
+        self.faults = tuple(faults)
+        first = self.faults[0]
+        super().__init__(first.what, where=first.where, remedy=first.remedy)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.faults,)
+
+    def within(self, place: str, separator: str = ": ") -> SlewctlError:
+        """Return the same faults with `place` before the place of each."""
+        return FaultsError([fault.within(place, separator) for fault in self.faults])
+
+    def __str__(self) -> str:
+        lines = [str(fault) for fault in self.faults[:_MOST_FAULTS]]
+        more = len(self.faults) - len(lines)
+        return "\n".join([*lines, f"and {more} more faults"] if more else lines)
+
+
+def faults_of(error: SlewctlError) -> tuple[SlewctlError, ...]:
+    """Return the single faults that an error tells of."""
+    return error.faults if isinstance(error, FaultsError) else (error,)
+
+
 class DesignError(SlewctlError):
     """No controller can be designed: an assumption of the method does not hold."""
+
+
+class BreakdownError(SlewctlError):
+    """The arithmetic came to an end that nobody had foreseen."""
 
 
 class AccuracyError(SlewctlError):
     """A result was computed but its independent check does not confirm it."""
 
 
+def clipped(text: str, most: int) -> str:
+    """Return text on one line and no longer than `most`, with dots for what is left out."""
+    # What is cut off need not be looked through.
+    line = one_line(" ".join(text[: 2 * most].split()))
+    return line if len(line) <= most and len(text) <= 2 * most else f"{line[: most - 3]}..."
+
+
+class _Shown(reprlib.Repr):
+    """A `repr` that looks at the beginning of a value only, and never fails."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel, self.maxstring, self.maxother = 4, _MOST_SHOWN, _MOST_SHOWN
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Return a number, or how long it is: Python prints no longer ones."""
+        bits = x.bit_length()
+        return repr(x) if bits < 4 * _MOST_SHOWN else f"a whole number of {bits} bits"
+
+
+_REPR = _Shown()
+
+
 def shown(value: object) -> str:
     """Return `value` for a message: on one line, and not longer than a line."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    return clipped(_REPR.repr(value), _MOST_SHOWN)
 
 
 def check_number(value: object, name: str) -> float:
@@ -130,11 +198,15 @@ def check_choice(value: object, choices: Iterable[str], name: str) -> str:
     known = sorted(choices)
     if isinstance(value, str) and value in known:
         return value
-    raise InputError(f"unknown name {shown(value)}", where=name, remedy=suggest(str(value), known))
+    raise InputError(
+        f"unknown name {shown(value)}",
+        where=name,
+        remedy=suggest(value if isinstance(value, str) else shown(value), known),
+    )
 
 
 def suggest(wrong: str, known: Iterable[str]) -> str:
     """Return the remedy for a misspelt name: the nearest known one, or all of them."""
     names = sorted(known)
-    near = get_close_matches(wrong, names, n=1)
+    near = get_close_matches(wrong[:_MOST_SHOWN], names, n=1)
     return f"did you mean {near[0]!r}?" if near else "known: " + ", ".join(names)

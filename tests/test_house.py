@@ -13,14 +13,18 @@ import slewctl
 
 PACKAGE = Path(slewctl.__file__).parent
 SHARED = {
+    "_interrupt",
     "_show",
     "_types",
+    "breakdown",
     "equivalent",
     "errors",
+    "escape",
     "frequency",
     "linalg",
     "observability",
     "peaks",
+    "textfile",
 }
 # Each room may import the rooms named here, beside itself and the shared modules.
 MAY_IMPORT = {

@@ -21,8 +21,11 @@ from typing import Any
 from slewctl.check.result import DesignResult
 from slewctl.compare import QUANTITIES
 from slewctl.errors import InputError, check_choice, check_number, shown
+from slewctl.textfile import read_text
 
 SCHEMA = "slewctl-baseline/2"
+# Ten thousand designs.
+_MOST_BYTES = 50_000_000
 _ANEW = "restore the file, or delete it and make it anew with --update-baseline"
 # Digits that are kept of a value: those behind them change from machine to machine.
 _DIGITS = 10
@@ -105,18 +108,13 @@ def read_baseline(path: Path, *, may_be_missing: bool = False) -> Baseline:
         If the file is missing, cannot be read, or is no baseline.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path, most=_MOST_BYTES)
     except FileNotFoundError:
         if may_be_missing:
             return Baseline(path, {})
         raise InputError(
             "no such baseline", where=str(path), remedy="make it with --update-baseline"
         ) from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise InputError(
-            f"cannot be read: {reason}", where=str(path), remedy="check the path"
-        ) from error
     try:
         return Baseline(path, _designs(json.loads(text)))
     except InputError as error:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from slewctl.check.result import DesignResult
 from slewctl.check.words import GONE, sentence, title
+from slewctl.escape import Escaped, github_data, github_property
 
 # GitHub shows ten errors of a step, so that the broken files come first.
 _ORDER = {"broken": 0, "missing": 1, "failed": 1, "passed": 2, "unchanged": 2}
@@ -49,13 +50,5 @@ def _relative(file: Path, root: Path) -> str:
 
 
 def _command(file: str, line: int | None, title: str, message: str) -> str:
-    place = f"file={_property(file)},line={line or 1},title={_property(title)}"
-    return f"::error {place}::{_data(message)}"
-
-
-def _data(text: str) -> str:
-    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(text: str) -> str:
-    return _data(text).replace(":", "%3A").replace(",", "%2C")
+    place = f"file={github_property(file)},line={line or 1},title={github_property(title)}"
+    return Escaped(f"::error {place}::{github_data(message)}")

@@ -6,15 +6,12 @@ an error, an unchanged one is skipped.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from slewctl.check.result import DesignResult, Finding
 from slewctl.check.words import GONE, sentence, title
-
-# What XML 1.0 cannot hold, not even escaped.
-_FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+from slewctl.escape import xml
 
 
 def to_junit(results: Sequence[DesignResult]) -> str:
@@ -31,12 +28,12 @@ def to_junit(results: Sequence[DesignResult]) -> str:
 
 
 def _suite(result: DesignResult) -> ET.Element:
-    suite = ET.Element("testsuite", name=_clean(result.name))
+    suite = ET.Element("testsuite", name=xml(result.name))
     for found in result.findings:
         _case(suite, result, title(found), found.line, found)
     if result.error:
         case = _case(suite, result, "can be judged", result.error_line)
-        ET.SubElement(case, "error", message=_clean(result.error))
+        ET.SubElement(case, "error", message=xml(result.error))
     elif result.missing:
         case = _case(suite, result, "in the baseline", None)
         ET.SubElement(case, "failure", message=GONE, type="baseline").text = GONE
@@ -68,16 +65,12 @@ def _case(
     case = ET.SubElement(
         suite,
         "testcase",
-        classname=_clean(result.name),
-        name=_clean(name),
-        file=_clean(result.file.as_posix()),
+        classname=xml(result.name),
+        name=xml(name),
+        file=xml(result.file.as_posix()),
         line=str(line or 1),
     )
     if finding is not None and not finding.verdict.passed:
-        text = _clean(sentence(finding))
+        text = xml(sentence(finding))
         ET.SubElement(case, "failure", message=text, type=finding.against).text = text
     return case
-
-
-def _clean(text: str) -> str:
-    return _FORBIDDEN.sub("\ufffd", text)

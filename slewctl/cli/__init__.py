@@ -1,47 +1,76 @@
 """The command line."""
 
-import os
+from __future__ import annotations
+
+import signal
 import sys
+import warnings
 from io import TextIOWrapper
+from typing import TYPE_CHECKING, NoReturn
 
-import click
-from threadpoolctl import threadpool_limits
-
-from slewctl.cli.commands import cli
-from slewctl.cli.terminal import ERR
-from slewctl.errors import SlewctlError
+if TYPE_CHECKING:
+    import click
 
 BAD_INPUT = 2
 INTERRUPTED = 130
 
 
-def main() -> None:
+def main() -> NoReturn:
     """Run the command line; a known error becomes one line and status 2."""
+    try:
+        # What takes a second to load is imported here, where a Ctrl-C is understood.
+        sys.exit(_run())
+    except KeyboardInterrupt:
+        interrupted()
+
+
+def interrupted() -> NoReturn:
+    """Say that the user has stopped it, and stop; a second Ctrl-C changes nothing."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from slewctl.cli.terminal import ERR
+
+    ERR.tell("interrupted; no file was half-written")
+    sys.exit(INTERRUPTED)
+
+
+def _run() -> int:
+    import click
+    from threadpoolctl import threadpool_limits
+
+    from slewctl.cli.commands import cli
+    from slewctl.cli.terminal import ERR, silence
+    from slewctl.errors import SlewctlError
+
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal without N·m shows an escape instead
             stream.reconfigure(errors="backslashreplace")
     try:
         # On matrices this small more threads only wait for each other, and the last digits of
         # a report would depend on their number.
-        with threadpool_limits(1):
-            status = cli.main(prog_name="slewctl", standalone_mode=False)
+        with threadpool_limits(1), warnings.catch_warnings():
+            if not sys.warnoptions:  # who asks Python for warnings gets them
+                warnings.simplefilter("ignore")
+            return int(cli.main(prog_name="slewctl", standalone_mode=False) or 0)
     except click.ClickException as error:
-        error.show()
-        sys.exit(BAD_INPUT)
+        _misused(error)
     except SlewctlError as error:
-        ERR.print(f"slewctl: {error}", soft_wrap=True)
-        sys.exit(BAD_INPUT)
-    except OSError as error:
-        sys.exit(_refused(error))
-    except (KeyboardInterrupt, click.Abort):
-        ERR.print("slewctl: interrupted; no file was half-written")
-        sys.exit(INTERRUPTED)
-    sys.exit(status or 0)
-
-
-def _refused(error: OSError) -> int:
-    """Say what the system refused, such as to print to a full disk; return the status."""
-    # Python would try again at exit to write what it still holds.
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    ERR.print(f"slewctl: input or output failed: {error.strerror or error}", soft_wrap=True)
+        ERR.tell(error)
+    except OSError as error:  # such as to print to a full disk
+        silence(sys.stdout)
+        ERR.tell(f"input or output failed: {error.strerror or error}")
+    except click.Abort:
+        raise KeyboardInterrupt from None
     return BAD_INPUT
+
+
+def _misused(error: click.ClickException) -> None:
+    """Say what is wrong with the command, and where to read how it is used."""
+    from slewctl.cli.terminal import ERR
+
+    context = getattr(error, "ctx", None)
+    if type(error).__name__ == "NoArgsIsHelpError":  # click's from 8.2 on
+        ERR.text(error.format_message())
+    elif context is None:
+        ERR.tell(error.format_message())
+    else:
+        ERR.tell(f"{error.format_message()} See '{context.command_path} --help'.")

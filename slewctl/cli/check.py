@@ -146,7 +146,7 @@ def _print(results: Sequence[DesignResult], *, every: bool, quiet: bool, github:
         OUT.print(summary(results, every=every))
     for result in results:
         if result.error:
-            ERR.print(f"slewctl: {result.error}", soft_wrap=True)
+            ERR.tell(result.error)
     if github:
         root = Path(os.environ.get("GITHUB_WORKSPACE") or ".")
         for line in to_annotations(results, root):

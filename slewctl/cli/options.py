@@ -2,12 +2,44 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 
 import click
 
+from slewctl.errors import InputError
+
+
+class _Folder(click.Path):
+    """A folder to write to, refused at once and not behind hours of work."""
+
+    def convert(
+        self, value: object, param: click.Parameter | None, context: click.Context | None
+    ) -> Path:
+        """Return the path of the folder, which need not be there yet."""
+        if not str(value).strip():
+            self.fail("an empty name; give a folder, or . for this one.", param, context)
+        folder = Path(super().convert(value, param, context))  # type: ignore[arg-type]
+        _check_writable(folder)
+        return folder
+
+
+def _check_writable(folder: Path) -> None:
+    """Refuse a folder in which, or in the nearest one that exists, nothing can be made."""
+    try:
+        base = next(part for part in (folder, *folder.absolute().parents) if part.exists())
+        with tempfile.TemporaryDirectory(dir=base, prefix=".writing-"):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"cannot be written: {error.strerror}",
+            where=f"--out {folder}",
+            remedy="name a folder that you may write to",
+        ) from error
+
+
 OUT_FOLDER = click.option(
-    "--out", required=True, type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
+    "--out", required=True, type=_Folder(path_type=Path, file_okay=False), metavar="DIR",
     help="Folder for the report; made if it isn't there.",
 )  # fmt: skip
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,9 @@ import click
 from rich.table import Table
 
 from slewctl.arm import catalogue
+from slewctl.breakdown import computing
 from slewctl.cli.options import OUT_FOLDER, PARQUET
-from slewctl.cli.terminal import ERR, OUT, counter, progress, show
+from slewctl.cli.terminal import ERR, OUT, counter, number_table, progress, show
 from slewctl.compare import (
     COLUMNS,
     Recommendation,
@@ -26,7 +27,7 @@ from slewctl.compare import (
     run_study,
 )
 from slewctl.compare.processes import ENDINGS
-from slewctl.files import find_arm, read_study
+from slewctl.files import computing_arm, find_arm, read_study
 
 
 @click.command("study")
@@ -58,18 +59,22 @@ def study_command(
         from slewctl.report import write_study  # matplotlib is only needed here
 
         cluster = nullcontext() if dask is None else dask_cluster(dask)
-        with cluster as executor, counter(count_points(study)) as step:
+        with (
+            cluster as executor,
+            counter(count_points(study)) as step,
+            computing(str(file)),
+        ):
             result = run_study(
                 study, results, stamp=_stamp(study), executor=executor,
                 workers=workers, resume=resume, progress=step, notice=_notice,
             )  # fmt: skip
         page = write_study(result, out, as_parquet=parquet)
     for sentence in result.answer.sentences:
-        OUT.print(sentence, soft_wrap=True)
+        OUT.print(sentence)
     if result.refused:
         refused = f"{result.refused} of {len(result.rows)} designs could not be made"
-        OUT.print(f"{refused}; rows.csv.gz says why", soft_wrap=True)
-    OUT.print(f"report: {page}", soft_wrap=True)
+        OUT.print(f"{refused}; rows.csv.gz says why")
+    OUT.print(f"report: {page}")
 
 
 def _stamp(study: Study) -> dict[str, Any]:
@@ -79,8 +84,7 @@ def _stamp(study: Study) -> dict[str, Any]:
 
 def _notice(sentence: str) -> None:
     """Print a sentence on standard error, if that can be written to."""
-    with suppress(OSError):
-        ERR.print(f"slewctl: {sentence}", soft_wrap=True)
+    ERR.tell(sentence)
 
 
 @contextmanager
@@ -136,19 +140,19 @@ def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
     chosen = catalogue.damped(arm) if known else find_arm(arm)
     damping = str(catalogue.CATALOGUE[arm].damping) if known else ""
     names = [name.strip() for name in sensors.split(",")]
-    with progress(count_trials()) as step:
+    with progress(count_trials()) as step, computing_arm(arm):
         advice = recommend(chosen, names, damping=damping, progress=step)
     if as_json:
-        OUT.print(json.dumps(advice.to_dict(), indent=1), soft_wrap=True)
+        OUT.text(json.dumps(advice.to_dict(), indent=1))
         return
-    OUT.print(str(advice), soft_wrap=True)
+    OUT.text(str(advice))
     show(_evidence(advice))
 
 
 def _evidence(advice: Recommendation) -> Table:
     """Return the bandwidth limit in Hz of every basis and number of functions."""
     orders = sorted({trial.n for trial in advice.trials})
-    table = Table("bandwidth limit (Hz)", *(f"n = {n}" for n in orders), box=None)
+    table = number_table("bandwidth limit (Hz)", *(f"n = {n}" for n in orders))
     for basis in dict.fromkeys(trial.basis for trial in advice.trials):
         limits = [advice.limit(basis, n) for n in orders]
         table.add_row(basis, *(f"{limit:.4g}" if limit else "none" for limit in limits))

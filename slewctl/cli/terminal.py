@@ -1,11 +1,17 @@
-"""What the command line prints: progress on a terminal, tables, nothing in colour in a pipe."""
+"""What the user sees: progress on a terminal, tables, nothing in colour in a pipe.
+
+Everything that is printed passes through `Console`: names and keys of files command neither a
+terminal nor a CI log, and a stream that takes no more is no traceback.
+"""
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import ParamSpec, TextIO, TypeVar
 
 from rich.console import Console as RichConsole
 from rich.progress import (
@@ -17,25 +23,108 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.table import Table
+from rich.text import Text
+
+from slewctl.cli import BAD_INPUT
+from slewctl.errors import SlewctlError
+from slewctl.escape import console as escaped
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 # What a shell reports of a program that wrote to a pipe which nobody read any more.
 NOBODY_READS = 141
+# Columns of a table that no screen breaks into lines.
+_ENDLESS = 1_000_000
 
 
-class Console(RichConsole):
-    """A console for which a reader that stops reading, such as ``head``, is no failure of ours."""
+class Console:
+    """One of the two streams."""
 
-    def on_broken_pipe(self) -> None:
-        """Stop silently, with a status unlike that of a failed requirement."""
-        self.quiet = True
-        # What Python still holds for this stream goes nowhere, instead of raising at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(NOBODY_READS)
+    def __init__(self, *, stderr: bool = False) -> None:
+        # Names and paths are printed as they are: brackets in them are no markup.
+        self.rich = RichConsole(stderr=stderr, highlight=False, markup=False)
+        self.is_error = stderr
+
+    @property
+    def is_terminal(self) -> bool:
+        """Whether a person reads it, and not a program."""
+        return self.rich.is_terminal
+
+    def print(self, text: str, *, soft_wrap: bool = True) -> None:
+        """Print one line, whatever is in it; a terminal breaks it where it must."""
+        self._write(f"{escaped(text)}\n")
+
+    def text(self, text: str) -> None:
+        """Print a text of several lines."""
+        for line in text.split("\n"):
+            self.print(line)
+
+    def tell(self, error: SlewctlError | str) -> None:
+        """Print an error, one line for each fault."""
+        for line in str(error).split("\n"):
+            self.print(f"slewctl: {line}")
+
+    def table(self, table: Table) -> None:
+        """Print a table; in a pipe as wide as it needs to be."""
+        rich = self.rich
+        if not self.is_terminal:
+            rich = RichConsole(file=io.StringIO(), width=_ENDLESS, highlight=False, markup=False)
+        with rich.capture() as captured:
+            rich.print(_harmless(table))
+        self._write(captured.get())
+
+    def _write(self, text: str) -> None:
+        """Write to the stream; nothing that it refuses is tried again at exit."""
+        stream = sys.stderr if self.is_error else sys.stdout
+        if stream is None:  # the shell has closed it
+            return
+        try:
+            stream.write(text)
+            stream.flush()
+        except BrokenPipeError:
+            silence(stream)
+            # Unlike the status of a failed requirement.
+            raise SystemExit(NOBODY_READS) from None
+        except OSError:
+            silence(stream)
+            if not self.is_error:  # there is nowhere left to say that of the other one
+                raise
 
 
-# Names and paths are printed as they are: brackets in them are no markup.
-OUT = Console(highlight=False, markup=False)
-ERR = Console(stderr=True, highlight=False, markup=False)
+def silence(stream: TextIO) -> None:
+    """Let go of a stream that takes no more, so that Python does not fail to flush it at exit."""
+    try:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    except (OSError, ValueError):  # a stream without a file
+        return
+
+
+def _harmless(table: Table) -> Table:
+    """Return a table whose cells are single lines that command nothing."""
+    columns = [column.copy() for column in table.columns]
+    same = Table(*columns, box=table.box, pad_edge=table.pad_edge)
+    for cells in zip(*(column.cells for column in table.columns), strict=True):
+        same.add_row(*(_cell(cell) for cell in cells))
+    return same
+
+
+def _cell(cell: object) -> Text:
+    if isinstance(cell, Text):
+        return Text(escaped(cell.plain), cell.style)
+    return Text(escaped(str(cell)))
+
+
+OUT = Console()
+ERR = Console(stderr=True)
+
+
+def number_table(*headings: str) -> Table:
+    """Return an empty table whose numbers keep all their digits on the narrowest screen."""
+    table = Table(box=None)
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
+    return table
 
 
 @contextmanager
@@ -45,7 +134,7 @@ def counter(total: int) -> Iterator[Callable[[int], None]]:
         yield lambda _: None
         return
     bar = Progress(
-        BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=ERR, transient=True
+        BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=ERR.rich, transient=True
     )
     with bar:
         task = bar.add_task("", total=total)
@@ -63,7 +152,7 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
-        console=ERR,
+        console=ERR.rich,
         transient=True,
     )
     with bar:
@@ -72,13 +161,28 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
 
         def step(text: str) -> None:
             nonlocal started
-            bar.update(task, description=text, advance=1 if started else 0)
+            bar.update(task, description=escaped(text), advance=1 if started else 0)
             started = True
 
         yield step
 
 
+class Told:
+    """Errors that are told at once while the work goes on."""
+
+    def __init__(self) -> None:
+        self.status = 0
+
+    def trying(self, work: Callable[P, T], *args: P.args, **keys: P.kwargs) -> T | None:
+        """Return what `work` returns, or None after telling why it returns nothing."""
+        try:
+            return work(*args, **keys)
+        except SlewctlError as error:
+            ERR.tell(error)
+            self.status = BAD_INPUT
+            return None
+
+
 def show(table: Table) -> None:
-    """Print a table; in a pipe as wide as it needs to be."""
-    console = OUT if OUT.is_terminal else Console(width=200, highlight=False, markup=False)
-    console.print(table)
+    """Print a table."""
+    OUT.table(table)

@@ -95,11 +95,17 @@ class Case:
                 remedy=f"keep at most {MOST_TRUTH_MODES}",
             )
         largest = max(self.n, *self.orders) if self.orders else self.n
+        if largest > MOST_TRUTH_MODES:
+            raise InputError(
+                f"a model of {shown(largest)} functions is larger than any truth",
+                where="model.n" if largest == self.n else "compare.orders",
+                remedy=f"design on at most {MOST_TRUTH_MODES // 2}",
+            )
         if check_count(self.truth_modes, "truth.modes") < largest:
             raise InputError(
                 f"a truth of {self.truth_modes} modes cannot judge a model of {largest} functions",
                 where="truth.modes",
-                remedy=f"keep at least {2 * largest} modes",
+                remedy=f"keep at least {min(2 * largest, MOST_TRUTH_MODES)} modes",
             )
 
     @property

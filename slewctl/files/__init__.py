@@ -1,15 +1,9 @@
 """Design files: TOML in, frozen cases and requirements out."""
 
+from slewctl.files.arm_table import computing_arm, find_arm, read_arm
+from slewctl.files.find import find_designs, is_study, name_designs
 from slewctl.files.lines import key_lines
-from slewctl.files.reader import (
-    DesignFile,
-    find_arm,
-    find_designs,
-    name_designs,
-    read_arm,
-    read_design,
-    read_designs,
-)
+from slewctl.files.reader import DesignFile, read_design, read_designs
 from slewctl.files.source import Source, read_source
 from slewctl.files.study_file import read_study
 from slewctl.files.variations import Variation
@@ -18,8 +12,10 @@ __all__ = [
     "DesignFile",
     "Source",
     "Variation",
+    "computing_arm",
     "find_arm",
     "find_designs",
+    "is_study",
     "key_lines",
     "name_designs",
     "read_arm",

@@ -1,51 +1,35 @@
 """Design files: TOML to frozen values, with file, line, key and remedy in every refusal.
 
-A design file describes; it runs no code.
+A design file describes; it runs no code.  All that is wrong with it is told at once.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from slewctl.arm import (
-    Arm,
-    Beam,
-    Hub,
-    KelvinVoigt,
-    Motor,
-    Payload,
-    ProfileSpec,
-    Rayleigh,
-    Stations,
-    catalogue,
-)
-from slewctl.check import check_limits
+from slewctl.arm import Arm, catalogue, vary
+from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import Case
-from slewctl.errors import InputError, SlewctlError, check_choice, check_number
-from slewctl.files.refusals import validate
-from slewctl.files.schema import (
-    ArmTable,
-    ControllerTable,
-    DesignTable,
-    KelvinVoigtTable,
-    RayleighTable,
-    Table,
-)
+from slewctl.errors import InputError, shown
+from slewctl.files.arm_table import arm_of_table
+from slewctl.files.faults import Faults, missing
+from slewctl.files.find import find_designs, name_designs
+from slewctl.files.refusals import validate_each
+from slewctl.files.schema import DESIGN_SCHEMA, ArmTable, ControllerTable, DesignTable
 from slewctl.files.source import Source, read_source
 from slewctl.files.variations import Variation, read_variations
 from slewctl.loop import Slew
 from slewctl.plant import Objective
-from slewctl.plant.signals import check_signals
+from slewctl.plant.signals import ACTUATORS, check_signals
 
-# Kind of damping law: the table that describes it, and the law.
-_LAWS: dict[str, tuple[type[Table], type[Rayleigh | KelvinVoigt]]] = {
-    "rayleigh": (RayleighTable, Rayleigh),
-    "kelvin-voigt": (KelvinVoigtTable, KelvinVoigt),
-}
+# Limits, or noise, that are right, beside which the others are looked at.
+_HALF = {"theta": 1.0, "torque": 1.0}
+_OF_CONTROL = ("limits", "noise")
+# The keys of [controller] that are no options of a method.
+_OBJECTIVE = frozenset(ControllerTable.model_fields)
 
 
 @dataclass(frozen=True)
@@ -56,6 +40,7 @@ class DesignFile:
     ----------
     path : Path
     case : Case
+        With the slew of `Case` where the file describes none.
     requirements : mapping of str to float
     variations : tuple of Variation
         The arms on which the same controller is judged as well.
@@ -70,45 +55,7 @@ class DesignFile:
     source: Source
 
 
-def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """Return the ``.toml`` files named, and those in the folders named, sorted.
-
-    Raises
-    ------
-    InputError
-        If a path does not exist or a folder holds no design.
-    """
-    found: list[Path] = []
-    for path in paths:
-        if path.is_dir():
-            inside = sorted(path.glob("*.toml"))
-            if not inside:
-                raise InputError(
-                    "no .toml file in this folder", where=str(path), remedy="name a design file"
-                )
-            found += inside
-        elif path.is_file():
-            found.append(path)
-        else:
-            raise InputError("no such file or folder", where=str(path), remedy="check the path")
-    return tuple({path.resolve(): path for path in found}.values())
-
-
-def name_designs(paths: Iterable[Path]) -> dict[Path, str]:
-    """Return a short name for each file: its stem, or as many folders as tell it from others."""
-    names: dict[Path, str] = {}
-    whole = {path: path.resolve().parts for path in paths}
-    stems = Counter(path.stem for path in whole)
-    for path, parts in whole.items():
-        rivals = [p for p in whole.values() if p != parts]
-        depth = 2
-        while any(p[-depth:] == parts[-depth:] for p in rivals):
-            depth += 1
-        names[path] = path.stem if stems[path.stem] == 1 else "/".join(parts[-depth:])
-    return names
-
-
-def read_design(path: Path, name: str = "") -> DesignFile:
+def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile:
     """Return the design that a TOML file describes.
 
     Parameters
@@ -116,41 +63,18 @@ def read_design(path: Path, name: str = "") -> DesignFile:
     path : Path
     name : str, optional
         The design's short name; the file's stem by default.
+    slew : bool
+        Whether a slew is needed even if no requirement is on one.
 
     Raises
     ------
     InputError
         If the file cannot be read, is not TOML, or has an unknown key or an impossible
-        value; the message names file, line, key and remedy.
+        value; the message names file, line, key and remedy of each.
     """
     source = read_source(path)
-    try:
-        table = validate(source.content, DesignTable)
-        check_limits(table.requirements)
-        arm = arm_of_table(table.arm)
-        case = _case(table, arm, path, name or path.stem)
-        variations = read_variations(table.variations, arm, table.requirements)
-    except SlewctlError as error:
-        raise source.refuse(error) from error
-    return DesignFile(path, case, table.requirements, variations, source)
-
-
-def _case(table: DesignTable, arm: Arm, path: Path, name: str) -> Case:
-    return Case(
-        name=name,
-        source=str(path),
-        arm=arm,
-        objective=_objective(table.controller, arm),
-        basis=table.model.basis,
-        n=table.model.n,
-        method=table.controller.method,
-        options=table.controller.model_extra or {},
-        slew=Slew(**table.slew.model_dump()),
-        title=table.title,
-        truth_modes=table.truth.modes,
-        bases=tuple(table.compare.bases),
-        orders=tuple(table.compare.orders),
-    )
+    with source.computing():
+        return _design(source, name or path.stem, slew)
 
 
 def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
@@ -165,103 +89,126 @@ def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
     return tuple(read_design(path, name) for path, name in names.items())
 
 
-def read_arm(path: Path) -> Arm:
-    """Return the arm that the ``[arm]`` table of a TOML file describes.
+def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
+    _check_schema(source.content)
+    faults = Faults()
+    tables = validate_each(source.content, DesignTable, faults)
+    requirements = tables.get("requirements", {})
+    for required, limit in requirements.items():
+        faults.attempt(check_limits, {required: limit})
+    arm = _arm(source.content, tables, faults)
+    keys = _parts_of_case(source.content, tables, arm, faults)
+    tried = tables.get("variations", {})
+    common = {} if faults else requirements
+    variations = faults.attempt(read_variations, tried, arm or _stand_in(), common) or ()
+    asked = [requirements, *(variation.requirements for variation in variations)]
+    needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in asked)
+    if needs_slew and "slew" not in source.content:
+        faults.add([missing("slew")])
+    faults.tell()
+    case = Case(name=name, title=tables["title"], source=str(source.path), **keys)
+    return DesignFile(source.path, case, requirements, variations, source)
 
-    Raises
-    ------
-    InputError
-        As `read_design`, for that table.
-    """
-    source = read_source(path)
-    if "arm" not in source.content:
-        raise InputError("no [arm] table", where=str(path), remedy="add one")
+
+def _arm(content: Mapping[str, Any], tables: Mapping[str, Any], faults: Faults) -> Arm | None:
+    """Return the arm, or None after adding what is wrong with it."""
+    if "arm" not in tables:
+        return None
+    keys = tables["arm"]
+    if {"catalogue", "beam"} & (content["arm"].keys() - keys.keys()):
+        keys = {**keys, "catalogue": catalogue.names()[0], "beam": None}
+    return faults.attempt(arm_of_table, ArmTable.model_construct(**keys))
+
+
+def _asks_for_a_slew(requirements: Iterable[str]) -> bool:
+    return any(REQUIREMENTS[name].kind == "slew" for name in requirements if name in REQUIREMENTS)
+
+
+def _check_schema(content: Mapping[str, Any]) -> None:
+    """Refuse a file written for another slewctl, whose keys may mean something else."""
+    written_for = content.get("schema", DESIGN_SCHEMA)
+    if written_for != DESIGN_SCHEMA:
+        raise InputError(
+            f"{shown(written_for)} is not read by this slewctl",
+            where="schema",
+            remedy=f"it reads {DESIGN_SCHEMA!r}",
+        )
+
+
+def _stand_in() -> Arm:
+    """Return an arm that has everything, to look at the rest of a file if its own is wrong."""
+    arm = catalogue.get(catalogue.names()[0])
+    return replace(vary(arm, payload_mass=1.0, hub_inertia=1.0), damping_ratio=0.01)
+
+
+def _parts_of_case(
+    content: Mapping[str, Any], tables: Mapping[str, Any], arm: Arm | None, faults: Faults
+) -> dict[str, Any]:
+    """Return what a case is made of; each part is tried alone, so that none hides another."""
+    keys: dict[str, Any] = {"arm": arm or _stand_in(), "objective": Objective(_HALF, _HALF)}
+    groups: list[dict[str, Any]] = []
+    controller = tables.get("controller", {})
+    if controller:
+        limits, noise = (_named(content["controller"], controller, key) for key in _OF_CONTROL)
+        keys["objective"] = faults.attempt(_objective, limits, noise, arm) or keys["objective"]
+    if "method" in controller:
+        method = controller["method"]
+        options = {key: controller[key] for key in controller if key not in _OBJECTIVE}
+        groups += [{"method": method, "options": {key: options[key]}} for key in options]
+        groups.append({"method": method, "options": options})
+    model, compare = tables.get("model", {}), tables.get("compare", {})
+    groups += [{"basis": model["basis"]}] if "basis" in model else []
+    groups += [{"bases": tuple(compare["bases"])}] if "bases" in compare else []
+    if "n" in model and "orders" in compare and "modes" in tables["truth"]:
+        orders, modes = tuple(compare["orders"]), tables["truth"]["modes"]
+        groups.append({"n": model["n"], "orders": orders, "truth_modes": modes})
+    alone = {"name": "", **keys}
+    for group in groups:
+        faults.attempt(Case, **alone, **group)
+        keys |= group
+    if "slew" in tables:
+        keys["slew"] = faults.attempt(_slew, tables["slew"])
+    return keys
+
+
+def _named(content: Mapping[str, Any], right: Mapping[str, Any], key: str) -> Mapping[str, float]:
+    """Return limits or noise; where a value is wrong, their names are looked at all the same."""
+    if key in right:
+        return right[key]
+    given = content.get(key)
+    return dict.fromkeys(given, 1.0) if isinstance(given, dict) and given else _HALF
+
+
+def _slew(keys: Mapping[str, Any]) -> Slew:
+    if "duration_s" not in keys:
+        keys = {"angle_deg": keys.get("angle_deg", 1.0), "duration_s": 1.0}
+    return Slew(**{"angle_deg": 1.0, **keys})
+
+
+def _objective(
+    limits: Mapping[str, float], noise: Mapping[str, float], arm: Arm | None
+) -> Objective:
+    """Return what the controller is asked to do; each name is tried alone first."""
+    faults = Faults()
+    for key, value in limits.items():
+        if key not in ACTUATORS:
+            faults.attempt(Objective, {**_HALF, key: value}, _HALF)
+    for key, value in noise.items():
+        faults.attempt(Objective, _HALF, {**_HALF, key: value})
+    if not faults:
+        faults.attempt(Objective, limits, _HALF)
+        faults.attempt(Objective, _HALF, noise)
     try:
-        return arm_of_table(validate(source.content["arm"], ArmTable, ("arm",)))
-    except SlewctlError as error:
-        raise source.refuse(error) from error
-
-
-def _objective(table: ControllerTable, arm: Arm) -> Objective:
-    try:
-        objective = Objective(table.limits, table.noise)
+        faults.tell()
+        objective = Objective(limits, noise)
         for where, names in (("limits", objective.performance), ("noise", objective.sensors)):
-            check_signals(names, where, arm.beam)
+            check_signals(names, where, arm.beam if arm else None)
     except InputError as error:
         raise error.within("controller", ".") from error
-    if objective.actuator == "voltage" and arm.motor is None:
+    if objective.actuator == "voltage" and arm is not None and arm.motor is None:
         raise InputError(
             "the arm has no motor",
             where="controller.limits.voltage",
             remedy="add [arm.motor], or limit the torque instead",
         )
     return objective
-
-
-def find_arm(name: str) -> Arm:
-    """Return the arm of a catalogue name, or of the TOML file of that name.
-
-    Raises
-    ------
-    InputError
-        As `read_arm`, or for a name that is neither.
-    """
-    path = Path(name)
-    is_path = name not in catalogue.names() and (path.suffix == ".toml" or path.exists())
-    return read_arm(path) if is_path else catalogue.get(name)
-
-
-def arm_of_table(table: ArmTable) -> Arm:
-    """Return the arm of a table: a catalogue entry changed where given, or a new one."""
-    if (table.catalogue is None) == (table.beam is None):
-        raise InputError(
-            "give either catalogue or beam",
-            where="arm",
-            remedy=f"catalogue arms: {', '.join(catalogue.names())}",
-        )
-    if table.beam is not None:
-        beam = Beam(
-            table.beam.length,
-            _profile(table.beam.mass_per_length, "arm.beam.mass_per_length"),
-            _profile(table.beam.bending_stiffness, "arm.beam.bending_stiffness"),
-        )
-        arm = Arm(beam)
-    else:
-        name = check_choice(str(table.catalogue), catalogue.names(), "arm.catalogue")
-        arm = catalogue.get(name)
-    ratio = table.damping_ratio
-    return replace(
-        arm,
-        hub=Hub(**table.hub.model_dump()) if table.hub else arm.hub,
-        payload=Payload(**table.payload.model_dump()) if table.payload else arm.payload,
-        damping_ratio=arm.damping_ratio if ratio is None else ratio,
-        damping=arm.damping if table.damping is None else _damping(table.damping),
-        motor=Motor(**table.motor.model_dump()) if table.motor else arm.motor,
-        name=table.name or arm.name,
-    )
-
-
-def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:
-    """Return the damping law of ``[arm.damping]``, whose kind says which keys it takes."""
-    if "kind" not in content:
-        raise InputError(
-            "missing", where="arm.damping.kind", remedy=f"add it, one of {', '.join(_LAWS)}"
-        )
-    kind = check_choice(content["kind"], _LAWS, "arm.damping.kind")
-    table, law = _LAWS[kind]
-    keys = validate(content, table, ("arm", "damping")).model_dump(exclude={"kind"})
-    return law(**keys)
-
-
-def _profile(value: object, where: str) -> ProfileSpec:
-    if isinstance(value, dict):
-        if set(value) != {"x", "values"} or not all(isinstance(v, list) for v in value.values()):
-            raise InputError(
-                f"a table of stations with keys {sorted(value)}",
-                where=where,
-                remedy="give { x = [...], values = [...] }, x in metres",
-            )
-        return Stations(value["x"], value["values"])
-    if isinstance(value, list):
-        return tuple(check_number(coefficient, where) for coefficient in value)
-    return check_number(value, where)

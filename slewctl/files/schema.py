@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -13,6 +13,12 @@ NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Efficiency = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
+T = TypeVar("T")
+# More is no comparison that anybody reads.
+Several = Annotated[list[T], Field(max_length=100)]
+
+# What a design file may say that it is written for.
+DESIGN_SCHEMA = "slewctl-design/1"
 
 
 class Table(BaseModel):
@@ -131,18 +137,20 @@ class TruthTable(Table):
 class CompareTable(Table):
     """``[compare]``: what the design is compared with."""
 
-    bases: list[str] = list(Case.bases)
-    orders: list[Count] = list(Case.orders)
+    bases: Several[str] = list(Case.bases)
+    orders: Several[Count] = list(Case.orders)
 
 
 class DesignTable(Table):
     """A whole design file."""
 
+    written_for: str = Field(DESIGN_SCHEMA, alias="schema")
     title: str = ""
     arm: ArmTable
     model: ModelTable
     controller: ControllerTable
-    slew: SlewTable
+    # Needed by what is read from a slew alone; the reader knows.
+    slew: SlewTable | None = None
     truth: TruthTable = TruthTable()
     compare: CompareTable = CompareTable()
     # The check room knows the requirements, and the arm room what can be varied; they refuse

@@ -4,13 +4,31 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from slewctl.errors import InputError, SlewctlError
+from slewctl.breakdown import computing
+from slewctl.errors import FaultsError, InputError, SlewctlError, clipped, shown
 from slewctl.files.lines import KeyPath, key_lines
+from slewctl.textfile import read_text
+
+# Levels of tables and arrays, and parts of a dotted key; five make a design file.
+MOST_LEVELS = 50
+_MOST_KEY = 200
+# As many as TOML promises to every program.
+_MOST_INTEGER = 2**63
+
+# Strings and comments, whose dots join no key.  One that does not end takes the rest.
+_QUOTED = re.compile(
+    r'"""(?:[^\\]|\\.)*?(?:"""|\Z)|\'\'\'.*?(?:\'\'\'|\Z)'
+    r'|"(?:[^"\\\n]|\\[^\n])*"?|\'[^\'\n]*\'?|#[^\n]*',
+    re.DOTALL,
+)
+_LONG_KEY = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{MOST_LEVELS}}}")
 
 
 @dataclass(frozen=True)
@@ -41,24 +59,53 @@ class Source:
         place = self._way((), where) or self._way(("arm",), where)
         return self.lines[place] if place else None
 
+    @cached_property
+    def _children(self) -> Mapping[KeyPath, list[KeyPath]]:
+        """The keys of each table and the elements of each array, the longest names first."""
+        found: dict[KeyPath, list[KeyPath]] = {}
+        for place in self.lines:
+            found.setdefault(place[:-1], []).append(place)
+        for places in found.values():
+            places.sort(key=lambda place: -len(str(place[-1])))
+        return found
+
     def _way(self, start: KeyPath, where: str) -> KeyPath | None:
         """Return the longest way from a table along the dotted key; None if there is none."""
-        children = (place for place in self.lines if place[:-1] == start)
-        leads = [
-            place
-            for place in children
-            if where == str(place[-1]) or where.startswith(f"{place[-1]}.")
-        ]
-        if not leads:
-            return None
-        place = max(leads, key=lambda place: len(str(place[-1])))
-        rest = where.removeprefix(str(place[-1])).removeprefix(".")
-        return (self._way(place, rest) if rest else None) or place
+        for place in self._children.get(start, ()):
+            name = str(place[-1])
+            if where == name or where.startswith(f"{name}."):
+                rest = where[len(name) + 1 :]
+                return (self._way(place, rest) if rest else None) or place
+        return None
 
     def refuse(self, error: SlewctlError) -> SlewctlError:
-        """Return the error with this file, and the line of the key that it names, before it."""
-        line = self.line(error.where)
-        return error.within(f"{self.path}:{line}" if line else str(self.path))
+        """Return the error with this file, and the line of the key that it names, before it.
+
+        What is missing stands at the nearest table, or at the head of the file.
+        """
+        if isinstance(error, FaultsError):
+            faults = sorted(error.faults, key=lambda fault: self.line(self._key(fault)) or 1)
+            return FaultsError([self.refuse(fault) for fault in faults])
+        if re.match(rf"{re.escape(str(self.path))}:\d", error.where):  # it has its line
+            return error
+        key = self._key(error)
+        line = self.line(key) or (1 if key else None)
+        place = f"{self.path}:{line}" if line else str(self.path)
+        short = type(error)(error.what, where=clipped(key, _MOST_KEY), remedy=error.remedy)
+        return short.within(place)
+
+    def _key(self, error: SlewctlError) -> str:
+        """Return the key that an error names, which may have this file before it."""
+        return "" if error.where == str(self.path) else error.where.removeprefix(f"{self.path}: ")
+
+    @contextmanager
+    def computing(self) -> Iterator[None]:
+        """Run a computation so that whatever it raises names this file and the key's line."""
+        try:
+            with computing(str(self.path)):
+                yield
+        except SlewctlError as error:
+            raise self.refuse(error) from error
 
 
 def read_source(path: Path) -> Source:
@@ -67,27 +114,66 @@ def read_source(path: Path) -> Source:
     Raises
     ------
     InputError
-        If the file cannot be read or is not TOML.
+        If the file cannot be read, is not TOML, or is nested deeper or holds larger integers
+        than any design needs.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        text = read_text(path)
+    except FileNotFoundError as error:
         raise InputError(
-            f"cannot be read: {reason}", where=str(path), remedy="check the path"
+            f"cannot be read: {error.strerror}", where=str(path), remedy="check the path"
         ) from error
+    _refuse_long_keys(path, text)
     try:
-        return Source(path, text, tomllib.loads(text), key_lines(text))
+        content = tomllib.loads(text)
     except RecursionError:
-        raise InputError(
-            "not valid TOML: nested too deeply", where=str(path), remedy="write it flatter"
-        ) from None
+        raise _too_deep(str(path)) from None
     except ValueError as error:  # no TOML, or a number of thousands of digits
         raise InputError(
             f"not valid TOML: {error}",
             where=f"{path}:{_bad_line(str(error), text)}",
             remedy='mend that line; a key with @ wants quotes, as in "moment@50mm" = 1.0',
         ) from error
+    source = Source(path, text, content, key_lines(text))
+    _refuse_extremes(source)
+    return source
+
+
+def _refuse_long_keys(path: Path, text: str) -> None:
+    """Refuse dotted keys on which the parser would spend the square of their length."""
+    bare = _QUOTED.sub(lambda found: "x" + "\n" * found[0].count("\n"), text)
+    found = _LONG_KEY.search(bare)
+    if found is not None:
+        raise _too_deep(f"{path}:{bare.count(chr(10), 0, found.start()) + 1}")
+
+
+def _refuse_extremes(source: Source) -> None:
+    """Refuse nesting and integers that other programs, and Python itself, stumble over."""
+    todo: list[tuple[KeyPath, object]] = [((), source.content)]
+    while todo:
+        place, value = todo.pop()
+        line = f"{source.path}:{source.lines[place]}" if place else ""
+        if len(place) > MOST_LEVELS:
+            raise _too_deep(line)
+        if isinstance(value, dict):
+            todo += [((*place, key), item) for key, item in value.items()]
+        elif isinstance(value, list):
+            todo += [((*place, index), item) for index, item in enumerate(value)]
+        elif isinstance(value, int) and not -_MOST_INTEGER <= value < _MOST_INTEGER:
+            key = clipped(".".join(map(str, place)), _MOST_KEY)
+            raise InputError(
+                f"{shown(value)} is beyond the integers of TOML",
+                where=f"{line}: {key}",
+                remedy="give less than 2^63, or a number with a decimal point",
+            )
+
+
+def _too_deep(where: str) -> InputError:
+    return InputError(
+        "not valid TOML: nested too deeply",
+        where=where,
+        remedy=f"write it flatter, with at most {MOST_LEVELS} levels",
+    )
 
 
 def _bad_line(message: str, text: str) -> int:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from slewctl.compare import Grid, Study
 from slewctl.errors import SlewctlError
-from slewctl.files.reader import arm_of_table
+from slewctl.files.arm_table import arm_of_table
 from slewctl.files.refusals import validate
 from slewctl.files.schema import GridTable, StudyTable
 from slewctl.files.source import read_source

@@ -10,6 +10,10 @@ from typing import Any
 from slewctl.arm import Arm, vary
 from slewctl.check import NOMINAL, check_limits
 from slewctl.errors import InputError, SlewctlError, shown, suggest
+from slewctl.files.faults import Faults
+
+# A day's work at a minute each.
+MOST_VARIATIONS = 1000
 
 KEYS = tuple(
     name
@@ -53,16 +57,29 @@ def read_variations(
     Raises
     ------
     InputError
-        For a key that `vary` does not know, an impossible value, or a variation that
-        changes nothing.
+        For each key that `vary` does not know, impossible value, and variation that changes
+        nothing; for more variations than anybody waits for.
     """
-    found = []
-    for name, table in tables.items():
-        try:
-            found.append(_read(name, dict(table), arm, requirements))
-        except SlewctlError as error:
-            raise error.within(f"variations.{name}", ".") from error
-    return tuple(found)
+    if len(tables) > MOST_VARIATIONS:
+        raise InputError(
+            f"{len(tables)} variations", where="variations", remedy=f"keep {MOST_VARIATIONS}"
+        )
+    faults = Faults()
+    found = [
+        faults.attempt(_within, name, dict(table), arm, requirements)
+        for name, table in tables.items()
+    ]
+    faults.tell()
+    return tuple(variation for variation in found if variation is not None)
+
+
+def _within(
+    name: str, table: dict[str, Any], arm: Arm, requirements: Mapping[str, float | bool]
+) -> Variation:
+    try:
+        return _read(name, table, arm, requirements)
+    except SlewctlError as error:
+        raise error.within(f"variations.{name}", ".") from error
 
 
 def _read(
@@ -78,11 +95,16 @@ def _read(
         raise InputError(
             f"{shown(own)} is not allowed", where="requirements", remedy="give a table"
         )
-    for key in table:
-        if key not in KEYS:
-            raise InputError("unknown key", where=key, remedy=suggest(key, KEYS))
     if not table:
         raise InputError("changes nothing", remedy=f"give at least one of {', '.join(KEYS)}")
+    faults = Faults()
+    for key, value in table.items():
+        if key not in KEYS:
+            faults.add([InputError("unknown key", where=key, remedy=suggest(key, KEYS))])
+        else:
+            faults.attempt(vary, arm, **{key: value})
     limits = requirements if own is None else own
-    check_limits(limits)
-    return Variation(name, vary(arm, **table), dict(limits))
+    for required, limit in limits.items():
+        faults.attempt(check_limits, {required: limit})
+    known = {key: value for key, value in table.items() if key in KEYS}
+    return Variation(name, faults.settled(faults.attempt(vary, arm, **known)), dict(limits))

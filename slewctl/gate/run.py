@@ -6,18 +6,12 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-import numpy as np
-
 from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
 from slewctl.check.baseline import Baseline
 from slewctl.compare import QUANTITIES, Judge, Judgement, Reading
 from slewctl.errors import SlewctlError
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.gate.fingerprint import digest, fingerprint
-
-# What arithmetic may raise on a plant that nobody thought of.  It breaks one design, which
-# then fails the build, and must not hide the verdicts on the others.
-_BREAKDOWNS = (ArithmeticError, ValueError, np.linalg.LinAlgError, MemoryError, RecursionError)
 
 
 def check_designs(
@@ -108,21 +102,16 @@ def examine(
     recorded: dict[str, Mapping[str, Reading]] = {}
     error, line = "", None
     try:
-        for arm, judgement, limits in _judgements(design, judging):
-            findings += [
-                Finding(verdict, arm, _line(design, arm, verdict.requirement))
-                for verdict in judge(judgement, limits)
-            ]
-            beside = [QUANTITIES[name].requirement for name in (known or {}).get(arm, {})]
-            recorded[arm] = measure(judgement, [*limits, *beside])
+        with design.source.computing():
+            for arm, judgement, limits in _judgements(design, judging):
+                findings += [
+                    Finding(verdict, arm, _line(design, arm, verdict.requirement))
+                    for verdict in judge(judgement, limits)
+                ]
+                beside = [QUANTITIES[name].requirement for name in (known or {}).get(arm, {})]
+                recorded[arm] = measure(judgement, [*limits, *beside])
     except SlewctlError as refused:
-        where = refused.where.removeprefix(f"{design.path}: ")
-        line = design.source.line(where)
-        place = f"{design.path}:{line}" if line else str(design.path)
-        error = str(type(refused)(refused.what, where=where, remedy=refused.remedy).within(place))
-    except _BREAKDOWNS as broken:
-        what = " ".join(f"{type(broken).__name__}: {broken}".split())
-        error = f"{design.path}: the computation broke down ({what}); change a weight or a value"
+        error, line = str(refused), _line_of(refused, design.path)
     return DesignResult(
         design.case.name,
         design.path,

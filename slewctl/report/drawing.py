@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from slewctl.escape import visible
 from slewctl.report.compact import compact
 
 # Okabe and Ito's palette, distinguishable with every kind of colour vision.
@@ -93,7 +94,7 @@ def svg(fig: Figure, name: str, description: str) -> str:
     text = out.getvalue()
     text = text[text.index("<svg") :]
     text = compact(text, name).replace(_INK, "currentColor").replace(_FAINT, "currentColor")
-    label = description.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    label = visible(description).replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
     return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
 
 

@@ -8,6 +8,7 @@ import io
 import json
 import math
 import os
+import shutil
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
@@ -19,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from slewctl.errors import InputError
+from slewctl.escape import csv_cell
 
 # Ten digits are kept of every number: those behind them change from machine to machine.
 _DIGITS = 10
@@ -91,13 +93,18 @@ def _indented(value: Any, margin: str = "") -> str:
 
 def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
     """Return rows, all with the same keys, as CSV text with a header."""
-    listed = [{key: to_plain(item) for key, item in row.items()} for row in rows]
+    listed = [{key: _csv_cell(item) for key, item in row.items()} for row in rows]
     out = io.StringIO()
     if listed:
         writer = csv.DictWriter(out, fieldnames=list(listed[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(listed)
     return out.getvalue()
+
+
+def _csv_cell(item: Any) -> Any:
+    """Return a cell: text is made harmless, and infinite numbers become words."""
+    return csv_cell(item) if isinstance(item, str) else to_plain(item)
 
 
 def packed_csv(rows: Iterable[Mapping[str, Any]]) -> bytes:
@@ -159,6 +166,8 @@ def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
             for name, content in files.items():
                 data = content if isinstance(content, bytes) else content.encode()
                 (Path(beside) / name).write_bytes(data)
+                if (folder / name).exists():  # who may read it stays as it is
+                    shutil.copymode(folder / name, Path(beside) / name)
             for name in reversed(list(files)):
                 os.replace(Path(beside) / name, folder / name)
     except OSError as error:

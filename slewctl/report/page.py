@@ -9,14 +9,17 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
+from slewctl.escape import markdown, visible
+
 _PACKAGES = ("slewctl", "numpy", "scipy", "control", "matplotlib")
 
 
 def render(template: str, **values: Any) -> str:
-    """Return the page that `template` makes of `values`, escaped where it is HTML."""
+    """Return the page that `template` makes of `values`, escaped for HTML or Markdown."""
     environment = Environment(
         loader=PackageLoader("slewctl.report", "templates"),
         autoescape=select_autoescape(),
+        finalize=_harmless_markdown if template.endswith(".md") else _visible,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -27,6 +30,15 @@ def render(template: str, **values: Any) -> str:
     )  # fmt: skip
     environment.globals.update(zip=zip)
     return environment.get_template(template).render(versions=versions(), **values)
+
+
+def _harmless_markdown(value: Any) -> Any:
+    return markdown(value) if isinstance(value, str) else value
+
+
+def _visible(value: Any) -> Any:
+    """Return text without what a browser must not be given; jinja escapes the rest."""
+    return visible(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def versions() -> dict[str, str]:

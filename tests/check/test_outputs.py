@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slewctl.check import DesignResult, Finding, exit_status, to_annotations, to_junit, to_record
+from slewctl.escape import visible
 from slewctl.report.export import json_text
 
 
@@ -134,7 +135,7 @@ def test_annotations_are_exact(tmp_path: Path) -> None:
         "::error file=designs/bad%2C 100%25%3A x.toml,line=8,title=slewctl%3A gain_margin_db [heavy]"
         "::bad, 100%25: <&>: gain_margin_db [heavy]: 4 dB at 3.25 Hz, mode 1, required >= 6 dB",
         "::error file=designs/bad%2C 100%25%3A x.toml,line=1,title=slewctl%3A h2_loss_max [heavy]"
-        "::bad, 100%25: <&>: h2_loss_max [heavy]: none, required <= 0.1 (not verified:%0Aline 2\x00)",
+        "::bad, 100%25: <&>: h2_loss_max [heavy]: none, required <= 0.1 (not verified:%0Aline 2\\x00)",
     ]
     assert to_annotations([PASSED, UNCHANGED], tmp_path) == []
 
@@ -159,6 +160,6 @@ def test_annotations_are_one_line_and_give_the_text_back(name: str, note: str) -
     (line,) = to_annotations([result], Path())
     assert not re.search("[\r\n]", line)
     message = line.split("::", 2)[2]
-    given_back = message.replace("%0A", "\n").replace("%0D", "\r").replace("%25", "%")
-    assert given_back.startswith(f"{name}: gain_margin_db [v]: 9 dB")
-    assert note in given_back
+    given_back = message.replace("%0A", "\n").replace("%25", "%")
+    assert given_back.startswith(f"{visible(name)}: gain_margin_db [v]: 9 dB")
+    assert visible(note) in given_back

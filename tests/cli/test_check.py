@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -16,6 +16,8 @@ import pytest
 from quick_design import QUICK
 
 from slewctl import cli
+from slewctl.check import baseline_record, read_baseline
+from slewctl.report.export import json_text
 
 FAST = QUICK
 FAILING = FAST.replace("gain_margin_db = 6", "stable = true\n\ngain_margin_db = 60")
@@ -165,10 +167,14 @@ def accepted(run: Run) -> None:
 
 
 def edit_baseline(old: str, factor: float) -> None:
-    content = json.loads(Path("b.json").read_text())
-    values = content["designs"]["designs/good.toml"]["arms"]["nominal"]
-    values[old] *= factor
-    Path("b.json").write_text(json.dumps(content))
+    """Change a value as if it had been measured: the file is sealed anew."""
+    before = read_baseline(Path("b.json"))
+    entry = before.designs["designs/good.toml"]
+    nominal = dict(entry.arms["nominal"])
+    nominal[old] *= factor
+    designs = {"designs/good.toml": replace(entry, arms={**entry.arms, "nominal": nominal})}
+    text = json_text(baseline_record(replace(before, designs=designs)))
+    Path("b.json").write_text(text, encoding="utf-8")
 
 
 def test_a_margin_that_fell_fails_whether_required_or_not(run: Run) -> None:

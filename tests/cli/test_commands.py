@@ -130,7 +130,7 @@ def test_compare_writes_everything(design: Path, tmp_path: Path) -> None:
     assert len(rows) == len(results["cases"][0]["evaluations"]) == 4
     assert {(r["basis"], r["n"]) for r in rows if r["chosen"] == "True"} == {("clamped-free", "2")}
     for row, evaluation in zip(rows, results["cases"][0]["evaluations"], strict=True):
-        assert float(row["cost"]) == evaluation["cost"]
+        assert float(row["h2_cost"]) == evaluation["quantities"]["h2_cost"]["value"]
 
 
 def test_ladder_tells_where_a_design_is_lost(design: Path) -> None:

@@ -85,7 +85,7 @@ REFUSALS = [
     ("gain_margin_db", "gain_margin", "requirements: unknown name 'gain_margin'"),
     ("gain_margin_db = 6", 'gain_margin_db = "6"', "requirements.gain_margin_db"),
     ("stable = true", "stable = false", "requirements.stable: False cannot be required"),
-    ("[slew]\nangle_deg = 30\nduration_s = 2\n", "", "slew: missing; add it"),
+    ("[slew]\nangle_deg = 30\nduration_s = 2\n[requirements]", "[requirements]\ntorque_peak_max = 1", "slew: missing; add it"),
     ("duration_s = 2", "duration_s = 0", "slew.duration_s: 0 is not allowed"),
     ("angle_deg = 30", "angle_deg = 0", "slew.angle_deg"),
     ('catalogue = "paper-beam"', "", "arm: give either catalogue or beam; catalogue arms: paper-beam"),
@@ -109,7 +109,7 @@ REFUSALS = [
     ("hub =", 'damping = { kind = "rayleigh", retardation_time = 1 }\nhub =', "arm.damping.retardation_time: unknown key; known: alpha, beta, kind"),
     ("hub =", 'damping = { kind = "kelvin-voigt" }\nhub =', "arm.damping.retardation_time: missing; add it"),
     ("hub =", "damping = 0.01\nhub =", "arm.damping: 0.01 is not allowed; give a table"),
-    ("hub =", "motor = { resistance = 2 }\nhub =", "arm.motor.torque_constant: missing; add it"),
+    ("hub =", "motor = { resistance = 2, back_emf_constant = 1 }\nhub =", "arm.motor.torque_constant: missing; add it"),
     ("hub =", "motor = { resistanze = 2, torque_constant = 1, back_emf_constant = 1, resistance = 1 }\nhub =", "arm.motor.resistanze: unknown key; did you mean 'resistance'"),
     ("hub =", "motor = { resistance = 0, torque_constant = 1, back_emf_constant = 1 }\nhub =", "arm.motor.resistance: 0 is not allowed; give a value greater than 0"),
     ("hub =", "motor = { resistance = 1, torque_constant = 1, back_emf_constant = 1, gear_efficiency = 1.1 }\nhub =", "arm.motor.gear_efficiency: 1.1 is not allowed; give a value less than or equal to 1"),
@@ -158,17 +158,21 @@ LINES = [
     ("stable = true", "stable = false", 18),
     ("[model]", "[model", 7),
     ('method = "lqg"', "", 10),
-    ("[slew]\nangle_deg = 30\nduration_s = 2\n", "", None),
+    (
+        "[slew]\nangle_deg = 30\nduration_s = 2\n[requirements]",
+        "[requirements]\ntorque_peak_max = 1",
+        1,
+    ),
+    ('[model]\nbasis = "slewing"\nn = 2\n', "", 1),
 ]
 
 
 @pytest.mark.parametrize(("old", "new", "line"), LINES, ids=[new for _, new, _ in LINES])
-def test_refusals_name_the_line(tmp_path: Path, old: str, new: str, line: int | None) -> None:
+def test_refusals_name_the_line(tmp_path: Path, old: str, new: str, line: int) -> None:
     path = written(tmp_path, GOOD.replace(old, new))
     with pytest.raises(InputError) as caught:
         read_design(path)
-    place = f"{path}:{line}: " if line else f"{path}: "
-    assert str(caught.value).startswith(place)
+    assert str(caught.value).startswith(f"{path}:{line}: ")
 
 
 DAMPINGS = [

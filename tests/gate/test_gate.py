@@ -105,7 +105,7 @@ def test_a_broken_design_hides_nothing_of_the_others(tmp_path: Path) -> None:
     written(tmp_path, "b.toml", "[arm")
     written(tmp_path, "c.toml", FAST.replace("tip = 0.03", "tip_deflection = 0.03"))
     written(tmp_path, "d.toml", FAST)
-    (tmp_path / "e.toml").mkdir()
+    (tmp_path / "e.toml").symlink_to(tmp_path / "nowhere")
     seen: list[str] = []
     results = check_designs([tmp_path], seen.append)
     assert [r.status for r in results] == ["broken", "broken", "broken", "passed", "broken"]

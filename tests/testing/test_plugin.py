@@ -133,6 +133,32 @@ def test_the_ini_option_adds_to_testpaths_and_to_nothing_named(
     inner("tests").assert_outcomes(passed=1)
 
 
+def test_a_pytest_that_does_not_say_what_it_looks_at_is_understood(
+    pytester: pytest.Pytester, inner: Inner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before 7.2 a configuration had no ``args_source``."""
+    monkeypatch.setattr(pytest.Config, "args_source", property(lambda _: None, lambda *_: None), raising=False)  # fmt: skip
+    designs(pytester, good=BROKEN)
+    pytester.mkdir("tests").joinpath("test_x.py").write_text("def test_x(): pass")
+    pytester.makeini("[pytest]\ntestpaths = tests\nslewctl_designs = designs\n")
+    inner().assert_outcomes(passed=1, failed=1)
+    inner("tests").assert_outcomes(passed=1)
+
+
+def test_studies_and_texts_beyond_reading_are_told_apart_by_their_content(
+    pytester: pytest.Pytester, inner: Inner
+) -> None:
+    study = '[arm]\ncatalogue = "paper-beam"\n[[grid]]\norders = [1]\n'
+    endless = "x" + ".a" * 20_000 + " = 1\n"
+    large = "#" * 1_000_001
+    designs(pytester, study=study, endless=endless + "[arm]\n[controller]\n", other=endless)
+    designs(pytester, large="[arm]\n[controller]\n" + large)
+    result = inner("--slewctl", "designs")
+    result.assert_outcomes(failed=2)
+    result.stdout.fnmatch_lines(["*endless.toml:1: not valid TOML: nested too deeply*"])
+    result.stdout.fnmatch_lines(["*large.toml: is larger than 1 MB*"])
+
+
 def test_designs_can_be_selected_by_their_mark(pytester: pytest.Pytester, inner: Inner) -> None:
     designs(pytester, good=BROKEN)
     pytester.makepyfile(test_x="def test_x(): pass")

@@ -1,0 +1,150 @@
+"""``[arm]``: a catalogue arm, changed where keys are given, or a full description."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+from slewctl.arm import (
+    Arm,
+    Beam,
+    Hub,
+    KelvinVoigt,
+    Motor,
+    Payload,
+    ProfileSpec,
+    Rayleigh,
+    Stations,
+    catalogue,
+)
+from slewctl.breakdown import computing
+from slewctl.errors import InputError, check_choice, check_number, shown
+from slewctl.files.faults import Faults
+from slewctl.files.refusals import validate
+from slewctl.files.schema import ArmTable, BeamTable, KelvinVoigtTable, RayleighTable, Table
+from slewctl.files.source import read_source
+
+# Kind of damping law: the table that describes it, and the law.
+_LAWS: dict[str, tuple[type[Table], type[Rayleigh | KelvinVoigt]]] = {
+    "rayleigh": (RayleighTable, Rayleigh),
+    "kelvin-voigt": (KelvinVoigtTable, KelvinVoigt),
+}
+
+
+def find_arm(name: str) -> Arm:
+    """Return the arm of a catalogue name, or of the TOML file of that name.
+
+    Raises
+    ------
+    InputError
+        As `read_arm`, or for a name that is neither.
+    """
+    path = _path(name)
+    return catalogue.get(name) if path is None else read_arm(path)
+
+
+def computing_arm(name: str) -> AbstractContextManager[None]:
+    """Return a context in which whatever a computation on this arm raises names its place."""
+    path = _path(name)
+    return computing(name) if path is None else read_source(path).computing()
+
+
+def _path(name: str) -> Path | None:
+    """Return the file that a name of an arm means, None if it is one of the catalogue."""
+    path = Path(name)
+    known = name in catalogue.names()
+    return path if not known and (path.suffix == ".toml" or path.exists()) else None
+
+
+def read_arm(path: Path) -> Arm:
+    """Return the arm that the ``[arm]`` table of a TOML file describes.
+
+    Raises
+    ------
+    InputError
+        As `read_design`, for that table.
+    """
+    source = read_source(path)
+    if "arm" not in source.content:
+        raise InputError("no [arm] table", where=f"{path}:1", remedy="add one")
+    with source.computing():
+        return arm_of_table(validate(source.content["arm"], ArmTable, ("arm",)))
+
+
+def arm_of_table(table: ArmTable) -> Arm:
+    """Return the arm of a table: a catalogue entry changed where given, or a new one.
+
+    Raises
+    ------
+    InputError
+        For everything that is wrong with it.
+    """
+    faults = Faults()
+    arm = faults.attempt(_unchanged, table)
+    ratio = table.damping_ratio
+    parts: dict[str, Any] = {
+        "hub": table.hub and faults.attempt(Hub, **table.hub.model_dump()),
+        "payload": table.payload and faults.attempt(Payload, **table.payload.model_dump()),
+        "motor": table.motor and faults.attempt(Motor, **table.motor.model_dump()),
+        "damping": None if table.damping is None else faults.attempt(_damping, table.damping),
+        "damping_ratio": ratio,
+        "name": table.name or None,
+    }
+    given = {key: part for key, part in parts.items() if part is not None}
+    # What is wrong with the whole is looked for even if one of its parts is.
+    whole = faults.attempt(replace, arm or catalogue.get(catalogue.names()[0]), **given)
+    return faults.settled(whole)
+
+
+def _unchanged(table: ArmTable) -> Arm:
+    """Return the arm of the catalogue, or that of a beam alone."""
+    if (table.catalogue is None) == (table.beam is None):
+        raise InputError(
+            "give either catalogue or beam",
+            where="arm",
+            remedy=f"catalogue arms: {', '.join(catalogue.names())}",
+        )
+    if table.beam is not None:
+        return Arm(_beam(table.beam))
+    return catalogue.get(check_choice(str(table.catalogue), catalogue.names(), "arm.catalogue"))
+
+
+def _beam(table: BeamTable) -> Beam:
+    faults = Faults()
+    mass = faults.attempt(_profile, table.mass_per_length, "arm.beam.mass_per_length")
+    stiffness = faults.attempt(_profile, table.bending_stiffness, "arm.beam.bending_stiffness")
+    faults.tell()
+    return Beam(table.length, cast(ProfileSpec, mass), cast(ProfileSpec, stiffness))
+
+
+def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:
+    """Return the damping law of ``[arm.damping]``, whose kind says which keys it takes."""
+    if "kind" not in content:
+        raise InputError(
+            "missing", where="arm.damping.kind", remedy=f"add it, one of {', '.join(_LAWS)}"
+        )
+    kind = check_choice(content["kind"], _LAWS, "arm.damping.kind")
+    table, law = _LAWS[kind]
+    keys = validate(content, table, ("arm", "damping")).model_dump(exclude={"kind"})
+    return law(**keys)
+
+
+def _profile(value: object, where: str) -> ProfileSpec:
+    if isinstance(value, dict):
+        if set(value) != {"x", "values"} or not all(isinstance(v, list) for v in value.values()):
+            raise InputError(
+                f"a table of stations with keys {shown(sorted(value))}",
+                where=where,
+                remedy="give { x = [...], values = [...] }, x in metres",
+            )
+        try:
+            return Stations(value["x"], value["values"])
+        except InputError as error:
+            key = where + error.where.removeprefix("stations")
+            raise InputError(error.what, where=key, remedy=error.remedy) from error
+    if isinstance(value, list):
+        return tuple(check_number(coefficient, where) for coefficient in value)
+    return check_number(value, where)

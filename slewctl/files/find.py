@@ -1,0 +1,72 @@
+"""Which files are designs, and what to call them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+from slewctl.errors import InputError, SlewctlError
+from slewctl.files.source import read_source
+
+
+def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
+    """Return the ``.toml`` files named, and those in the folders named, sorted.
+
+    Study files, which `slewctl.files.read_study` reads, are left out.  What cannot be read is
+    kept: whoever reads it says why.
+
+    Raises
+    ------
+    InputError
+        If a path does not exist or a folder holds no design.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            found += _in_folder(path)
+        elif not path.exists():
+            raise InputError("no such file or folder", where=str(path), remedy="check the path")
+        elif not is_study(path):
+            found.append(path)
+    return tuple({path.resolve(): path for path in found}.values())
+
+
+def _in_folder(folder: Path) -> list[Path]:
+    try:
+        files = [path for path in sorted(folder.glob("*.toml")) if not path.is_dir()]
+    except OSError as error:
+        raise InputError(
+            f"cannot be read: {error.strerror}", where=str(folder), remedy="check the path"
+        ) from error
+    designs = [path for path in files if not is_study(path)]
+    if not designs:
+        what = "studies only, no design" if files else "no .toml file"
+        raise InputError(f"{what} in this folder", where=str(folder), remedy="name a design file")
+    return designs
+
+
+def is_study(path: Path) -> bool:
+    """Return whether a file is a study: it has grids and no controller."""
+    try:
+        content = read_source(path).content
+    except SlewctlError:
+        return False
+    return isinstance(content.get("grid"), list) and "controller" not in content
+
+
+def name_designs(paths: Iterable[Path]) -> dict[Path, str]:
+    """Return a short name for each file: its stem, or as many folders as tell it from others."""
+    names: dict[Path, str] = {}
+    whole = {path: path.resolve().parts for path in paths}
+    stems = Counter(path.stem for path in whole)
+    for path, parts in whole.items():
+        if stems[path.stem] == 1:
+            names[path] = path.stem
+            continue
+        rivals = [p for p in whole.values() if p != parts]
+        depth = 2
+        while any(p[-depth:] == parts[-depth:] for p in rivals):
+            depth += 1
+        names[path] = "/".join(parts[-depth:])
+    return names
