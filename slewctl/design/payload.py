@@ -46,6 +46,9 @@ from slewctl.model import Model
 from slewctl.plant import GeneralisedPlant, check_plant, generalised_plant
 from slewctl.plant.statespace import drive
 
+# At the edge of what is possible a solver does not reach its accuracy: a range is advised
+# that is this much narrower.
+_INSIDE = 0.9
 _COARSE = 1e-5
 # Masses at which the loop with the observer is verified, and stiffness factors if they vary.
 _MASSES, _FACTORS = 51, 5
@@ -301,7 +304,7 @@ class _Task:
         advice = []
         share = _searched(lambda share: possible(self, wanted.shrunk(share, own)), 0.01, 1.0)
         if share is not None:
-            near = wanted.shrunk(share, own)
+            near = wanted.shrunk(_INSIDE * share, own)
             advice.append(
                 f"payload_mass = [{near.mass[0]:.4g}, {near.mass[1]:.4g}]"
                 + (

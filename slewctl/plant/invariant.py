@@ -21,6 +21,8 @@ _AT_ORIGIN = 1e-7
 _CLUSTERED = (0.03, 0.1, 0.3)
 # A transformation of a worse condition would spoil more digits than a reduction needs.
 _WORST_CONDITION = 1e9
+# With this one and better, wider clusters are not tried.
+_GOOD_CONDITION = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,13 +91,19 @@ def _split(
     modes, clusters : sequence of tuple of int
         Single modes, by their place in `order`; poles of each of the others.
     """
+    best, least = None, _WORST_CONDITION
     for width in _CLUSTERED:
         clusters = _clusters(poles, vectors, chosen, width)
         order, modes = _paired(poles, sorted(set(chosen.tolist()).difference(*clusters)))
         bases = [_invariant(A, poles, cluster) for cluster in clusters]
         T = np.hstack([rigid, vectors[:, order], *bases])
-        if np.linalg.cond(T) <= _WORST_CONDITION:
-            return T, order, modes, clusters
+        condition = float(np.linalg.cond(T))
+        if condition <= least:
+            best, least = (T, order, modes, clusters), condition
+        if condition <= _GOOD_CONDITION:
+            break
+    if best is not None:
+        return best
     raise AccuracyError(
         "the modes of the system are too nearly parallel to be told apart",
         where="reduction",

@@ -86,7 +86,8 @@ def test_singular_plant_is_reported_as_moving(heavy_hub: CaseResult, no_hub: Cas
     assert abs(heavy_hub.truth.optimum_drift) < 1e-8
     assert abs(no_hub.truth.optimum_drift) > 1e-4
     assert all(followed.converged for followed in heavy_hub.followed)
-    assert [s.modes for s in heavy_hub.followed[0].seen] == [20, 40]
+    assert [s.modes for s in heavy_hub.followed[0].seen] == [20, 40, 80]
+    assert [s.modes for s in heavy_hub.followed[1].seen] == [20, 40]
 
 
 def test_chosen_design_is_among_the_evaluations() -> None:
@@ -152,5 +153,6 @@ def test_ladders_end_where_the_designs_are_judged(
         for ladder in result.ladders:
             last, judged = ladder.rungs[-1], by_basis[ladder.basis]
             assert (last.modes, last.stable) == (result.truth.modes, judged.stable)
-            assert last.judgement.cost == judged.judgement.cost
+            if judged.stable:
+                assert last.judgement.cost == judged.judgement.cost
             assert ladder.rungs[0].modes == result.case.n

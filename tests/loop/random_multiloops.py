@@ -74,14 +74,19 @@ def mu_of_two(M: NDArray[np.complex128]) -> Array:
 def matrices_of(
     loop: control.StateSpace, omega: Array, skew: float = 0.0
 ) -> NDArray[np.complex128]:
-    """Return S + (σ − 1)/2 at each ω by solving with the full matrices, one at a time."""
+    """Return S + (σ − 1)/2 at each ω by solving with the full matrices, one at a time.
+
+    With those of the closed loop: at a pole of L the sum 1 + L would be singular to rounding.
+    """
     A, B, C, D = (np.asarray(getattr(loop, name)) for name in "ABCD")
     eye, sampled = np.eye(len(D)), loop.isdtime(strict=True)
+    gain = np.linalg.inv(eye + D)
+    closed = A - B @ gain @ C
     found = []
     for w in omega:
         s = np.exp(1j * w * loop.dt) if sampled else 1j * w
-        L = C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D
-        found.append(np.linalg.inv(eye + L) + (skew - 1) / 2 * eye)
+        inside = np.linalg.solve(s * np.eye(len(A)) - closed, B @ gain)
+        found.append(gain - gain @ C @ inside + (skew - 1) / 2 * eye)
     return np.array(found)
 
 
@@ -99,7 +104,8 @@ def brute_force_mu(loop: control.StateSpace, skew: float = 0.0) -> float:
         [-spread, spread]
     )
     grid = np.concatenate([around.ravel(), np.geomspace(1e-4, 1e4, 400), [1e-8]])
-    grid = np.unique(grid[(grid > 0) & (grid < last)])
+    # Below, the rigid body's poles are rounding, and so would be L.
+    grid = np.unique(grid[(grid >= 1e-8) & (grid < last)])
 
     def height(omega: Array) -> Array:
         return mu_of_two(matrices_of(loop, np.atleast_1d(omega), skew))
