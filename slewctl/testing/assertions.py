@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from slewctl.check.words import number_text
+from slewctl.compare import QUANTITIES, Quantity
 from slewctl.design import Controller
 from slewctl.errors import check_nonnegative
 from slewctl.loop import Crossing, Loop, Margins, UnstableLoopError
@@ -17,11 +18,13 @@ def assert_margins(
     controller: Controller | System | float | None = None,
     *,
     sign: int | None = None,
-    gain_db: float | None = None,
-    phase_deg: float | None = None,
-    delay_s: float | None = None,
-    modulus: float | None = None,
-    disk: float | None = None,
+    gain_margin_db: float | None = None,
+    gain_margin_up_db: float | None = None,
+    gain_margin_down_db: float | None = None,
+    phase_margin_deg: float | None = None,
+    delay_margin_s: float | None = None,
+    modulus_margin: float | None = None,
+    disk_margin: float | None = None,
 ) -> None:
     """Fail unless a loop is stable and has at least the margins named.
 
@@ -34,15 +37,17 @@ def assert_margins(
         Its signals are matched with the plant's by name; see `slewctl.margins`.
     sign : {-1, 1}, optional
         Of the feedback, −1 unless told otherwise; a slewctl `Controller` knows its own.
-    gain_db : float, optional
+    gain_margin_db : float, optional
         Least change of the gain, up or down, in dB, that makes it unstable.
-    phase_deg : float, optional
+    gain_margin_up_db, gain_margin_down_db : float, optional
+        Least rise, and least fall, alone.
+    phase_margin_deg : float, optional
         Least turn of the phase in degrees.
-    delay_s : float, optional
+    delay_margin_s : float, optional
         Least added delay in s.
-    modulus : float, optional
+    modulus_margin : float, optional
         Least distance of the Nyquist curve from −1.
-    disk : float, optional
+    disk_margin : float, optional
         Least α of the balanced disk margin.
 
     Raises
@@ -55,15 +60,17 @@ def assert_margins(
 
     Examples
     --------
-    >>> assert_margins(loop, gain_db=6, phase_deg=30, disk=0.4)  # doctest: +SKIP
+    >>> assert_margins(loop, gain_margin_db=6, phase_margin_deg=30)  # doctest: +SKIP
     """
     __tracebackhide__ = True
     limits = {
-        "gain_db": gain_db,
-        "phase_deg": phase_deg,
-        "delay_s": delay_s,
-        "modulus": modulus,
-        "disk": disk,
+        "gain_margin_db": gain_margin_db,
+        "gain_margin_up_db": gain_margin_up_db,
+        "gain_margin_down_db": gain_margin_down_db,
+        "phase_margin_deg": phase_margin_deg,
+        "delay_margin_s": delay_margin_s,
+        "modulus_margin": modulus_margin,
+        "disk_margin": disk_margin,
     }
     asked = {
         name: check_nonnegative(limit, name) for name, limit in limits.items() if limit is not None
@@ -77,29 +84,25 @@ def assert_margins(
         raise AssertionError("\n".join(short))
 
 
-_UNITS = {"gain_db": "dB", "phase_deg": "deg", "delay_s": "s", "modulus": "", "disk": ""}
-
-
 def _shortfalls(margins: Margins, asked: dict[str, float]) -> list[str]:
     """Return a line for each margin that is smaller than asked, or doubtful."""
     lines = []
     for name, limit in asked.items():
-        found = [getattr(margins, name)]
-        if name == "gain_db":
-            found.append(margins.gain_reduction_db)
-        lines += [
-            _short(name, crossing, limit) for crossing in found if not crossing.value >= limit
-        ]
+        quantity = QUANTITIES[name]
+        if quantity.margin is None:
+            raise TypeError(f"{name} is not read from margins")
+        crossing = quantity.margin(margins)
+        if not quantity.holds(crossing.value, limit):
+            lines.append(_short(quantity, crossing, limit))
     if not margins.confirmed:
         lines.append("the margins are not confirmed: " + "; ".join(margins.doubts))
     return lines
 
 
-def _short(name: str, crossing: Crossing, limit: float) -> str:
-    unit = _UNITS[name]
+def _short(quantity: Quantity, crossing: Crossing, limit: float) -> str:
+    required = f"required >= {number_text(limit, quantity.unit)}"
     if math.isnan(crossing.value):
-        return f"{name}: not a number, required >= {number_text(limit, unit)}"
+        return f"{quantity.name}: not a number, {required}"
     at = "" if crossing.frequency_hz is None else f" at {crossing.frequency_hz:.4g} Hz"
     mode = f" near {crossing.mode}" if crossing.mode else ""
-    value = number_text(crossing.value, unit)
-    return f"{name}: {value}{at}{mode}, required >= {number_text(limit, unit)}"
+    return f"{quantity.name}: {number_text(crossing.value, quantity.unit)}{at}{mode}, {required}"

@@ -74,7 +74,7 @@ Asked = Callable[[control.StateSpace, object, int | None], object]
 ASKED: dict[str, Asked] = {
     "margins": lambda P, K, sign: margins(P, K, sign=sign).phase_deg.value,
     "assert_margins": lambda P, K, sign: (
-        assert_margins(P, K, sign=sign, phase_deg=0.999 * PHASE) is None
+        assert_margins(P, K, sign=sign, phase_margin_deg=0.999 * PHASE) is None
     ),
     "stability_margin_bpc": lambda P, K, sign: stability_margin_bpc(P, K, sign=sign).value,
     "best_output_scale": lambda P, K, sign: np.sort(best_output_scale(P, K, sign=sign)).tolist(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from inspect import signature
 
 import control
 import pytest
@@ -22,13 +23,24 @@ from slewctl import (
     lqg,
     truth,
 )
+from slewctl.compare import QUANTITIES
 from slewctl.loop import Crossing
 from slewctl.testing import assert_margins
 
 OBJECTIVE = Objective(
     {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
 )
-NAMES = ["gain_db", "phase_deg", "delay_s", "modulus", "disk"]
+# What may be asked, and the field of `Margins` that is the one it is read from.
+FIELDS = {
+    "gain_margin_db": "gain_db",
+    "gain_margin_up_db": "gain_db",
+    "gain_margin_down_db": "gain_reduction_db",
+    "phase_margin_deg": "phase_deg",
+    "delay_margin_s": "delay_s",
+    "modulus_margin": "modulus",
+    "disk_margin": "disk",
+}
+NAMES = list(FIELDS)
 
 
 def made(hub_inertia: float) -> Loop:
@@ -50,12 +62,18 @@ def with_margins(loop: Loop, **changes: object) -> Loop:
 
 
 def value(loop: Loop, name: str) -> float:
-    found = getattr(loop.margins, name).value
-    return min(found, loop.margins.gain_reduction_db.value) if name == "gain_db" else found
+    found = getattr(loop.margins, FIELDS[name]).value
+    return min(found, loop.margins.gain_reduction_db.value) if name == "gain_margin_db" else found
+
+
+def test_every_margin_of_the_registry_can_be_asked_for() -> None:
+    asked = set(signature(assert_margins).parameters) - {"loop", "controller", "sign"}
+    assert asked == set(NAMES) == {name for name, q in QUANTITIES.items() if q.margin}
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_it_turns_at_the_value(loop: Loop, name: str) -> None:
+    loop = with_margins(loop, gain_reduction_db=Crossing(30.0, 1.0))
     limit = value(loop, name)
     assert_margins(loop, **{name: limit * (1 - 1e-9)})
     with pytest.raises(AssertionError) as caught:
@@ -68,9 +86,9 @@ def test_it_turns_at_the_value(loop: Loop, name: str) -> None:
 
 def test_every_margin_that_is_too_small_is_named(loop: Loop) -> None:
     with pytest.raises(AssertionError) as caught:
-        assert_margins(loop, gain_db=1e3, phase_deg=1e-3, disk=1e3)
+        assert_margins(loop, gain_margin_up_db=1e3, phase_margin_deg=1e-3, disk_margin=1e3)
     lines = str(caught.value).splitlines()
-    assert {line.partition(":")[0] for line in lines} == {"gain_db", "disk"}
+    assert {line.partition(":")[0] for line in lines} == {"gain_margin_up_db", "disk_margin"}
 
 
 def test_no_limit_asks_for_stability_alone(loop: Loop) -> None:
@@ -80,50 +98,51 @@ def test_no_limit_asks_for_stability_alone(loop: Loop) -> None:
 def test_an_unstable_loop_has_no_margin() -> None:
     wild = made(0.0)
     assert not wild.stable
-    for limits in ({}, {"gain_db": 0.0}):
+    for limits in ({}, {"gain_margin_db": 0.0}):
         with pytest.raises(AssertionError, match=r"unstable at [\d.]+ Hz.*no margin"):
             assert_margins(wild, **limits)
 
 
-@pytest.mark.parametrize("name", [*NAMES, "gain_reduction_db"])
-def test_nan_never_passes(loop: Loop, name: str) -> None:
-    broken = with_margins(loop, **{name: Crossing(math.nan, None)})
-    asked = "gain_db" if name == "gain_reduction_db" else name
+@pytest.mark.parametrize(
+    ("name", "field"), [*FIELDS.items(), ("gain_margin_db", "gain_reduction_db")]
+)
+def test_nan_never_passes(loop: Loop, name: str, field: str) -> None:
+    broken = with_margins(loop, **{field: Crossing(math.nan, None)})
     with pytest.raises(AssertionError, match="not a number"):
-        assert_margins(broken, **{asked: 0.0})
+        assert_margins(broken, **{name: 0.0})
 
 
 def test_infinite_margins_pass_and_doubtful_ones_do_not(loop: Loop) -> None:
-    assert_margins(with_margins(loop, delay_s=Crossing(math.inf, None)), delay_s=1e6)
+    assert_margins(with_margins(loop, delay_s=Crossing(math.inf, None)), delay_margin_s=1e6)
     doubtful = with_margins(loop, confirmed=False, doubts=("a pole says otherwise",))
     with pytest.raises(AssertionError, match="not confirmed: a pole says otherwise"):
-        assert_margins(doubtful, gain_db=0.0)
+        assert_margins(doubtful, gain_margin_db=0.0)
 
 
 @pytest.mark.parametrize("limit", [-1.0, math.nan, math.inf, "6", True])
 def test_impossible_limits_are_refused(loop: Loop, limit: object) -> None:
-    with pytest.raises(InputError, match="gain_db: "):
-        assert_margins(loop, gain_db=limit)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="gain_margin_db: "):
+        assert_margins(loop, gain_margin_db=limit)  # type: ignore[arg-type]
 
 
 def test_systems_of_python_control_are_taken_with_negative_feedback() -> None:
     # L = 2/(s (s + 1)²) has its phase crossover at 1 rad/s, where |L| = 1, halved: 6.02 dB.
     s = control.tf("s")
     plant, gain = 1 / (s * (s + 1) ** 2), 1.0
-    assert_margins(plant * gain, gain_db=6.02, phase_deg=21)
-    assert_margins(plant, gain, gain_db=6.02, phase_deg=21)
+    assert_margins(plant * gain, gain_margin_db=6.02, phase_margin_deg=21)
+    assert_margins(plant, gain, gain_margin_db=6.02, phase_margin_deg=21)
     for arguments in ((plant * gain,), (plant, gain)):
-        with pytest.raises(AssertionError, match=r"gain_db: 6\.021 dB at 0\.1592 Hz"):
-            assert_margins(*arguments, gain_db=6.03)
+        with pytest.raises(AssertionError, match=r"gain_margin_db: 6\.021 dB at 0\.1592 Hz"):
+            assert_margins(*arguments, gain_margin_db=6.03)
     with pytest.raises(AssertionError, match="not stable"):
         assert_margins(plant, 2.1)
 
 
 def test_a_plant_and_a_design_give_the_loop_that_they_close(loop: Loop) -> None:
-    limit = value(loop, "phase_deg")
-    assert_margins(loop.plant, loop.controller, phase_deg=limit * (1 - 1e-6))
-    with pytest.raises(AssertionError, match="phase_deg"):
-        assert_margins(loop.plant, loop.controller, phase_deg=limit * (1 + 1e-6))
+    limit = value(loop, "phase_margin_deg")
+    assert_margins(loop.plant, loop.controller, phase_margin_deg=limit * (1 - 1e-6))
+    with pytest.raises(AssertionError, match="phase_margin_deg"):
+        assert_margins(loop.plant, loop.controller, phase_margin_deg=limit * (1 + 1e-6))
 
 
 def test_what_is_no_loop_is_refused() -> None:
