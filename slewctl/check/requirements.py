@@ -174,7 +174,8 @@ def _passes(followed: Followed, limit: float) -> tuple[bool, str]:
         return False, f"undecided: {followed}"
     if math.isinf(reading.value):
         return holds, reading.note
-    return holds, str(followed) if len(followed.seen) > 2 else reading.note
+    moved = len(followed.seen) > 2 and followed.quantity.kind != "stability"
+    return holds, str(followed) if moved else reading.note
 
 
 def _missing(followed: Followed) -> str:

@@ -13,10 +13,13 @@ import numpy as np
 from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl.arm import Arm
 from slewctl.basis import NAMES
-from slewctl.compare.answer import GOOD, good, percent, stable
+from slewctl.breakdown import computing
+from slewctl.compare.answer import GOOD, percent
 from slewctl.compare.grid import check_sensors, omega_of
-from slewctl.compare.points import design_row
-from slewctl.errors import DesignError
+from slewctl.compare.judgement import Judgement
+from slewctl.compare.points import on_twice, place_of
+from slewctl.compare.quantities import read
+from slewctl.errors import DesignError, SlewctlError
 from slewctl.model import beam_inertia
 
 BANDWIDTHS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5)
@@ -183,10 +186,8 @@ def recommend(
             for n in ORDERS:
                 if progress:
                     progress(f"{basis}, n = {n}, {hertz:.3g} Hz")
-                row = design_row(
-                    arm, bandwidth, measured, truth_modes, basis=basis, n=n, method="lqg"
-                )
-                trials.append(_trial(basis, n, bandwidth, hertz, row))
+                found = _evaluated(arm, bandwidth, measured, truth_modes, basis, n)
+                trials.append(_trial(basis, n, bandwidth, hertz, found))
     ranked = sorted(
         ((basis, n) for n in ORDERS for basis in NAMES),
         key=lambda pair: -_limit([t for t in trials if (t.basis, t.n) == pair]),
@@ -199,23 +200,27 @@ def recommend(
     return Recommendation(arm.name, ratio, measured, basis, n, limit, tuple(trials), damping)
 
 
-def _trial(basis: str, n: int, bandwidth: float, hertz: float, row: dict[str, Any]) -> Trial:
-    accepted = bool(
-        good(row)
-        and row["gain_margin_db"] >= LEAST_GAIN_DB
-        and row["phase_margin_deg"] >= LEAST_PHASE_DEG
+def _evaluated(
+    arm: Arm, bandwidth: float, sensors: tuple[str, ...], truth_modes: int, basis: str, n: int
+) -> Judgement | None:
+    """Return an LQG design on the truth, None where there is none or it is not stable."""
+    try:
+        with computing():
+            place = place_of(arm, bandwidth, sensors, truth_modes)
+            judged = place.evaluate(basis, n, "lqg").judgement
+            return judged if judged.stable and on_twice(judged).stable else None
+    except SlewctlError:
+        return None
+
+
+def _trial(basis: str, n: int, bandwidth: float, hertz: float, found: Judgement | None) -> Trial:
+    if found is None:
+        return Trial(basis, n, bandwidth, hertz, False, None, None, None, False)
+    loss, gain, phase = (
+        read(found, name).value for name in ("h2_loss", "gain_margin_db", "phase_margin_deg")
     )
-    return Trial(
-        basis,
-        n,
-        bandwidth,
-        hertz,
-        stable(row),
-        row["h2_loss"],
-        row["gain_margin_db"],
-        row["phase_margin_deg"],
-        accepted,
-    )
+    accepted = loss <= GOOD and gain >= LEAST_GAIN_DB and phase >= LEAST_PHASE_DEG
+    return Trial(basis, n, bandwidth, hertz, True, loss, gain, phase, accepted)
 
 
 def _limit(trials: Sequence[Trial]) -> float:

@@ -59,7 +59,9 @@ class Followed:
         return worst._replace(doubt=worst.doubt or next(doubts, ""))
 
     def __str__(self) -> str:
-        first, *rest = (f"{_text(seen.reading)} on {seen.modes}" for seen in self.seen)
+        first, *rest = (
+            f"{_text(self.quantity, seen.reading)} on {seen.modes}" for seen in self.seen
+        )
         return ", ".join([f"{first} modes", *rest])
 
 
@@ -113,5 +115,7 @@ def _settled(quantity: Quantity, seen: Sequence[Seen]) -> bool:
     return abs(first - second) <= allowed and math.isfinite(allowed)
 
 
-def _text(reading: Reading) -> str:
+def _text(quantity: Quantity, reading: Reading) -> str:
+    if quantity.kind == "stability":
+        return "stable" if reading.value else "unstable"
     return reading.note if math.isnan(reading.value) else f"{reading.value:.3g}"

@@ -188,7 +188,8 @@ def design_row(
     """
     try:
         with computing():
-            return place_of(arm, bandwidth, sensors, truth_modes).row(basis, n, method)
+            place = place_of(arm, bandwidth, sensors, truth_modes)
+            return _results(place, place.evaluate(basis, n, method))
     except SlewctlError as error:
         return _no_design(str(error))
 
@@ -247,8 +248,8 @@ class Place:
         plant = generalised_plant(self.judge.truth, self.judge.case.objective)
         return plant_graph(plant.control_path, **self.units)
 
-    def row(self, basis: str, n: int, method: str) -> dict[str, Any]:
-        """Return what a design achieves.
+    def evaluate(self, basis: str, n: int, method: str) -> Evaluation:
+        """Return a design with its judgement on the truth.
 
         Raises
         ------
@@ -258,7 +259,7 @@ class Place:
         case = self.judge.case
         design = design_model(self.judge.truth, case.objective, basis, n)
         options = options_of(method, case.arm, self.bandwidth)
-        return _results(self, design, design.controller(method, options))
+        return Evaluation(design, self.judge.judge(design.controller(method, options)))
 
 
 @lru_cache(maxsize=8)
@@ -281,12 +282,10 @@ def place_of(arm: Arm, bandwidth: float, sensors: tuple[str, ...], truth_modes: 
     return Place(judge, bandwidth, again.h2_cost / optimal.h2_cost - 1)
 
 
-def _results(place: Place, design: DesignModel, controller: Controller) -> dict[str, Any]:
-    found = Evaluation(design, place.judge.judge(controller))
-    judged, finer = found.judgement, found.judgement.finer
-    if finer is None:
-        raise TypeError("a study keeps no more modes than can be doubled")
-    gap, margin = _gap(place, design, controller)
+def _results(place: Place, found: Evaluation) -> dict[str, Any]:
+    design, judged = found.design, found.judgement
+    finer = on_twice(judged)
+    gap, margin = _gap(place, design, found.controller)
     return {
         "outcome": "stable" if judged.stable else "unstable",
         "reason": "",
@@ -305,6 +304,13 @@ def _results(place: Place, design: DesignModel, controller: Controller) -> dict[
         "condition": float(np.linalg.cond(design.model.mass[1:, 1:])) if design.model else None,
         "error_bound": design.reduced.bound if design.reduced else None,
     }
+
+
+def on_twice(judged: Judgement) -> Judgement:
+    """Return the judgement on twice the modes, which a study and a recommendation always have."""
+    if judged.finer is None:
+        raise TypeError("no more modes are kept than can be doubled")
+    return judged.finer
 
 
 def _measured(place: Place, judged: Judgement) -> dict[str, float | None]:
