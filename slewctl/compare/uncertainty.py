@@ -241,15 +241,11 @@ class _Subject:
     @staticmethod
     def of(design: Case | Loop) -> _Subject:
         if isinstance(design, Case):
-            controller = Judge(design).own[1]
-            return _Subject(
-                design.arm, design.objective, controller, design.slew, design.truth_modes
-            )
+            own = Judge(design).own[1]
+            return _Subject(design.arm, design.objective, own, design.slew, design.truth_modes)
         if isinstance(design, Loop):
-            modes = max(design.model.n, DEFAULT_MODES)
-            return _Subject(
-                design.model.arm, design.objective, design.controller, DEFAULT_SLEW, modes
-            )
+            arm, modes = design.model.arm, max(design.model.n, DEFAULT_MODES)
+            return _Subject(arm, design.objective, design.controller, DEFAULT_SLEW, modes)
         raise InputError(
             f"{shown(design)} is neither a Case nor a Loop",
             where="worst_case",
