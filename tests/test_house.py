@@ -39,7 +39,7 @@ MAY_IMPORT = {
     "check": {"loop", "compare"},
     "files": {"arm", "plant", "loop", "compare", "check"},
     "gate": {"compare", "check", "files"},
-    "testing": {"plant", "design", "loop", "check", "files", "gate"},
+    "testing": {"plant", "design", "loop", "compare", "check", "files", "gate"},
     "report": {"compare", "paper"},
 }
 # The only rooms that may import these.
