@@ -24,6 +24,7 @@ def test_readme_script_runs_and_judges_on_the_truth() -> None:
     assert "converged to" in said
 
 
+@pytest.mark.slow
 def test_designs_script_writes_a_report(tmp_path: Path) -> None:
     said = run(["designs/compare_bases.py", str(tmp_path / "out")])
     assert said.strip().endswith("index.html")

@@ -42,6 +42,7 @@ def precise_root(ratios: Ratios, z: float) -> mp.mpf:
     )
 
 
+@pytest.mark.slow
 def test_each_root_is_enclosed_by_four_units_in_the_last_place() -> None:
     """g is a sum of a dozen terms that are each a few roundings: a sign change proves the root."""
     for ratios in all_ratios():
@@ -53,6 +54,7 @@ def test_each_root_is_enclosed_by_four_units_in_the_last_place() -> None:
                 assert determinant(ratios, below) * determinant(ratios, above) < 0, (ratios, i)
 
 
+@pytest.mark.slow
 def test_no_root_is_missed_or_found_twice() -> None:
     """Between neighbouring roots the determinant has the sign of its index, and none is left over."""
     for ratios in all_ratios():
@@ -93,6 +95,7 @@ def test_limits_are_the_slewing_and_the_clamped_free_functions(
     assert np.all(error <= 1e-8 * np.abs(expected).max(axis=0))
 
 
+@pytest.mark.slow
 def test_functions_are_those_of_the_boundary_conditions() -> None:
     """A relative error ε of z and ξ turns an angle by 2zε; a 4 × 4 null vector adds some ten ε."""
     xi = [0.0, 1e-4, 0.013, 0.37, 0.5, 0.925, 0.999, 1.0]
@@ -113,6 +116,7 @@ def test_functions_are_those_of_the_boundary_conditions() -> None:
                 assert_allclose(computed, shapes[d], rtol=0, atol=tolerance, err_msg=str(ratios))
 
 
+@pytest.mark.slow
 def test_curvatures_are_orthonormal() -> None:
     """∫φ_i''φ_j'' = δ_ij, the normalisation and the orthogonality of the modes in one."""
     xi, weights = panel_rule(tuple(np.linspace(0, 1, 41)), 24)

@@ -300,6 +300,7 @@ def test_help_tells_the_exit_status(run: Run) -> None:
         assert words in done.out
 
 
+@pytest.mark.slow
 def test_in_a_process_of_its_own(tmp_path: Path) -> None:
     """Status, streams and a terminal that knows no unicode."""
     (tmp_path / "π.toml").write_text(FAST + "torque_peak_max = 9\n", encoding="utf-8")
@@ -318,6 +319,7 @@ def test_in_a_process_of_its_own(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="pipes and devices of Unix")
 def test_a_reader_that_stops_reading_is_no_failed_requirement(tmp_path: Path) -> None:
     (tmp_path / "good.toml").write_text(FAST)
@@ -331,6 +333,7 @@ def test_a_reader_that_stops_reading_is_no_failed_requirement(tmp_path: Path) ->
     assert json.loads((tmp_path / "o.json").read_text())["status"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is full")
 def test_a_full_disk_is_told_in_one_line(tmp_path: Path) -> None:
     with Path("/dev/full").open("w") as full:

@@ -40,6 +40,7 @@ gain_margin_db = 6
 """
 
 
+@pytest.mark.slow
 def test_the_package_runs_as_a_module() -> None:
     command = [sys.executable, "-m", "slewctl", "modes", "paper-beam", "-n", "0"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -114,6 +115,7 @@ def test_impossible_design_is_explained(design: Path) -> None:
     assert str(design) in done.stderr
 
 
+@pytest.mark.slow
 def test_compare_writes_everything(design: Path, tmp_path: Path) -> None:
     out = tmp_path / "a" / "b"
     done = slewctl("compare", design, "--out", out, "--parquet")

@@ -18,6 +18,7 @@ import psutil
 import pyarrow.parquet
 import pytest
 from command_line import slewctl
+from heed_signals import heed_signals
 
 STUDY = """\
 title = "Two bases"
@@ -48,6 +49,7 @@ def files(folder: Path) -> dict[str, bytes]:
     return {p.name: p.read_bytes() for p in folder.iterdir() if p.suffix != ".jsonl"}
 
 
+@pytest.mark.slow
 def test_study_answers_and_goes_on_where_it_was(study: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = slewctl("study", study, "--out", out, "--workers", "1", "--parquet")
@@ -123,7 +125,9 @@ class Running:
         self, study: Path, out: Path, *options: str, stderr: int = subprocess.PIPE
     ) -> None:
         command = [sys.executable, "-m", "slewctl", "study", str(study), "--out", str(out)]
-        self.process = subprocess.Popen([*command, *options], stderr=stderr, start_new_session=True)
+        self.process = subprocess.Popen(
+            [*command, *options], stderr=stderr, start_new_session=True, preexec_fn=heed_signals
+        )
         self.results = out / "results.jsonl"
 
     def wait_for(self, lines: int) -> None:

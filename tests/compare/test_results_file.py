@@ -90,6 +90,7 @@ def mutations(draw: st.DrawFn) -> Mutation:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(st.lists(mutations(), min_size=1, max_size=3))
 def test_whatever_stands_in_the_file_the_rows_end_the_same(changes: list[Mutation]) -> None:

@@ -37,6 +37,7 @@ def assert_theorems_hold(found: list[Predictors], unstable: list[bool]) -> None:
             assert all(getattr(one, name) >= 1 for name in THEOREMS)
 
 
+@pytest.mark.slow
 def test_theorems_hold_on_random_designs() -> None:
     found, unstable = tried(3, 12, 8)
     assert any(unstable)

@@ -95,6 +95,7 @@ def test_row_agrees_with_the_judge() -> None:
     assert row["h2_loss"] == (pytest.approx(judged.loss, rel=1e-9) if judged.stable else None)
 
 
+@pytest.mark.slow
 def test_study_is_the_same_over_threads_and_processes(tmp_path: Path) -> None:
     grid = Grid(bases=("clamped-free", "slewing"), orders=(1, 2), hub_ratios=(0.0, 1.0))
     study = Study("s", "", PAPER, (grid, grid), truth_modes=10)
@@ -179,6 +180,7 @@ def some_rows() -> list[dict[str, object]]:
     return [dict(evaluate_point(Work(PAPER, 12, point))[0]) for point in study.points()]
 
 
+@pytest.mark.slow
 def test_a_gap_below_the_margin_means_a_stable_loop(some_rows: list[dict[str, object]]) -> None:
     """Vinnicombe's theorem, for bases and reductions, the static correction included."""
     safe = [row for row in some_rows if row["nu_gap"] < row["generalised_margin"]]  # type: ignore[operator]
@@ -188,6 +190,7 @@ def test_a_gap_below_the_margin_means_a_stable_loop(some_rows: list[dict[str, ob
     assert any(row["outcome"] == "unstable" for row in some_rows)
 
 
+@pytest.mark.slow
 def test_unstable_rows_name_the_mode_that_grows(some_rows: list[dict[str, object]]) -> None:
     for row in some_rows:
         lost = row["outcome"] == "unstable" or not row["stable_on_twice"]
@@ -195,6 +198,7 @@ def test_unstable_rows_name_the_mode_that_grows(some_rows: list[dict[str, object
         assert (row["unstable_ratio"] is not None) == (row["outcome"] == "unstable")
 
 
+@pytest.mark.slow
 def test_only_reductions_have_an_error_bound(some_rows: list[dict[str, object]]) -> None:
     for row in some_rows:
         assert (row["error_bound"] is None) == ("truncation" not in str(row["basis"]))
@@ -375,6 +379,7 @@ def test_recommendation_holds_when_it_is_followed() -> None:
     assert all(advice.limit(t.basis, t.n) < advice.bandwidth_hz for t in fewer)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_trials")
 def test_no_recommendation_where_nothing_is_stable() -> None:
     """Without damping every mode that the controller does not know is on the edge."""

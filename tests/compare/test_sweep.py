@@ -18,6 +18,7 @@ import distributed
 import psutil
 import pytest
 import sweep_work
+from heed_signals import heed_signals
 
 from slewctl.compare.results_file import rows
 from slewctl.compare.sweep import Piece, WorkerDiedError, _limited, sweep
@@ -37,6 +38,7 @@ def importable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(Path(__file__).parent), *sys.path)))
 
 
+@pytest.mark.slow
 def test_rows_come_back_in_order_whoever_computed_them(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as threads:
         sweep(sweep_work.eigenvalues, pieces(6), tmp_path / "t", stamp=STAMP, executor=threads)
@@ -102,6 +104,7 @@ def test_files_of_other_sweeps_are_refused(tmp_path: Path) -> None:
         rows(tmp_path / "missing")
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_nothing_and_a_killer_is_named(tmp_path: Path) -> None:
     work = [Piece(f"{i:05d}", (i, str(tmp_path))) for i in range(9)]
     with pytest.raises(WorkerDiedError, match="00003"):
@@ -127,7 +130,7 @@ class Sweep:
         (folder / "run.py").write_text(SCRIPT)
         self.process = subprocess.Popen(
             [sys.executable, str(folder / "run.py"), str(self.results)],
-            stderr=subprocess.PIPE, start_new_session=True,
+            stderr=subprocess.PIPE, start_new_session=True, preexec_fn=heed_signals,
         )  # fmt: skip
 
     def wait_for(self, finished: int) -> None:
@@ -152,6 +155,7 @@ class Sweep:
         return errors
 
 
+@pytest.mark.slow
 def test_an_interruption_leaves_what_was_finished(tmp_path: Path) -> None:
     interrupted = Sweep(tmp_path)
     interrupted.wait_for(3)
@@ -183,6 +187,7 @@ def test_a_sweep_killed_at_random_moments_ends_with_the_same_rows(tmp_path: Path
     assert list(rows(killed.results)) == [{"number": i} for i in range(1000)]
 
 
+@pytest.mark.slow
 def test_no_worker_outlives_a_killed_sweep(tmp_path: Path) -> None:
     killed = Sweep(tmp_path)
     killed.wait_for(3)

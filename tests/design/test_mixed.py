@@ -133,6 +133,7 @@ def test_the_design_is_stable_on_the_truth() -> None:
     assert close(truth(arm()), problem.objective, controller).stable
 
 
+@pytest.mark.slow
 def test_units_do_not_matter() -> None:
     first = plant(1)
     bound = 0.5 * easy(first)
@@ -146,6 +147,7 @@ def test_units_do_not_matter() -> None:
     )
 
 
+@pytest.mark.slow
 def test_an_impossible_bound_says_what_is_possible() -> None:
     problem = plant(1)
     limit = 1e-7 * easy(problem)
@@ -165,6 +167,7 @@ def test_impossible_options_are_refused(option: str) -> None:
     assert caught.value.where == option
 
 
+@pytest.mark.slow
 def test_norm_of_random_systems_against_a_fine_grid() -> None:
     random = np.random.default_rng(2)
     for size, inputs, outputs in ((2, 1, 1), (4, 2, 1), (6, 2, 3), (8, 1, 2)):

@@ -146,6 +146,7 @@ def test_units_do_not_matter() -> None:
     assert other.guarantees[0].bound == pytest.approx(one.guarantees[0].bound, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_an_impossible_range_says_what_is_possible() -> None:
     problem = plant(2)
     with pytest.raises(DesignError, match="possible with the others kept") as caught:

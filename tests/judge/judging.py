@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -94,8 +95,12 @@ class Tally:
         told, pairs = loop.margins, {}
         self.counts["margins not confirmed"] += not told.confirmed
         if told.confirmed:
-            pairs["gain up"] = 10 ** (told.gain_db.value / 20), brute.up
-            pairs["gain down"] = 10 ** (told.gain_reduction_db.value / 20), brute.down
+            # Beyond a factor of 1e9 the grid's own search ends.
+            for name, db, known in (
+                ("gain up", told.gain_db.value, brute.up),
+                ("gain down", told.gain_reduction_db.value, brute.down),
+            ):
+                pairs[name] = (10 ** (db / 20) if db < 180 else math.inf), known
             pairs["phase"] = told.phase_deg.value, brute.phase_deg
         if law.sample_time or not law.D.any():  # else the cost is infinite
             cost = h2_cost(own, found, modes, design.objective.limits, design.objective.noise)

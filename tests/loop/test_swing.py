@@ -57,6 +57,7 @@ def test_nodes_integrate_polynomials() -> None:
     assert nodes.weights @ nodes.c**23 == pytest.approx(1 / 24, rel=100 * EPS)
 
 
+@pytest.mark.slow
 @given(arms(), st.floats(0.1, 4.0), st.booleans())
 @deterministic(10)
 def test_energy_and_momentum_are_kept_in_a_free_slew(

@@ -31,6 +31,7 @@ def said_and_done():
     return said, reproduce(said.append)
 
 
+@pytest.mark.slow
 def test_reproduction_is_plain_data(said_and_done):
     _, result = said_and_done
     assert isinstance(result, PaperReproduction)
@@ -38,11 +39,13 @@ def test_reproduction_is_plain_data(said_and_done):
     assert len(text) > 10_000
 
 
+@pytest.mark.slow
 def test_progress_is_told_before_each_part(said_and_done):
     said, _ = said_and_done
     assert tuple(said) == PARTS
 
 
+@pytest.mark.slow
 def test_reproduction_repeats_itself(said_and_done):
     _, first = said_and_done
     assert json.dumps(_plain(first)) == json.dumps(_plain(reproduce()))

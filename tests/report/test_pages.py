@@ -64,6 +64,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {p.parent.name: p for p in folder.glob("*/index.html")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "pictures"), [("comparison-first", 12), ("paper-first", 7)])
 def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pictures: int) -> None:
     text = pages[name].read_text(encoding="utf-8")
@@ -81,6 +82,7 @@ def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pic
     assert not re.search(r"\bnan\b", shown, flags=re.I)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["comparison", "paper"])
 def test_reports_are_the_same_bytes_every_time(pages: dict[str, Path], kind: str) -> None:
     first, second = pages[f"{kind}-first"].parent, pages[f"{kind}-second"].parent
@@ -88,6 +90,7 @@ def test_reports_are_the_same_bytes_every_time(pages: dict[str, Path], kind: str
         assert path.read_bytes() == (second / path.name).read_bytes()
 
 
+@pytest.mark.slow
 def test_unstable_designs_are_named_with_their_frequency(pages: dict[str, Path]) -> None:
     folder = pages["comparison-first"].parent
     results = json.loads((folder / "results.json").read_text())
@@ -98,6 +101,7 @@ def test_unstable_designs_are_named_with_their_frequency(pages: dict[str, Path])
         assert f"unstable<br>{number(e['unstable_hz'][0])} Hz" in text
 
 
+@pytest.mark.slow
 def test_markdown_tells_the_same_designs(pages: dict[str, Path]) -> None:
     folder = pages["comparison-first"].parent
     text = (folder / "index.md").read_text(encoding="utf-8")
@@ -115,6 +119,7 @@ def test_markdown_tells_the_same_designs(pages: dict[str, Path]) -> None:
         assert len({line.count("|") for line in table.splitlines()}) == 1
 
 
+@pytest.mark.slow
 def test_ladders_reach_the_whole_truth(pages: dict[str, Path]) -> None:
     folder = pages["comparison-first"].parent
     designs = list(csv.DictReader((folder / "designs.csv").open()))
