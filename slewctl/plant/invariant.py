@@ -21,8 +21,8 @@ _AT_ORIGIN = 1e-7
 _CLUSTERED = (0.03, 0.1, 0.3)
 # A transformation of a worse condition would spoil more digits than a reduction needs.
 _WORST_CONDITION = 1e9
-# With this one and better, wider clusters are not tried.
-_GOOD_CONDITION = 1e6
+# With this one and better, wider clusters are not tried: what it costs goes with its square.
+_GOOD_CONDITION = 1e3
 
 
 @dataclass(frozen=True, eq=False)
