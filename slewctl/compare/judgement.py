@@ -148,7 +148,7 @@ class Judgement:
     @cached_property
     def saturation(self) -> str:
         """What the slew needs and the motor has not; empty where it is within its limits."""
-        motor, summary = self.loop.model.arm.motor, self.response.summary
+        summary, motor = self.response.summary, self.loop.model.arm.motor
         if motor is None:
             return ""
         pairs = (

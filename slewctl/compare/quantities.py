@@ -16,6 +16,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from slewctl.compare.judgement import Judgement
+from slewctl.errors import AccuracyError
 from slewctl.loop import Crossing, Margins, SlewSummary
 from slewctl.loop.noise import NoiseLevels
 from slewctl.loop.sensitivity import bandwidth
@@ -136,8 +137,13 @@ def read(judgement: Judgement, name: str) -> Reading:
         hertz = judgement.unstable_hz[0]
         value = 0.0 if quantity.kind == "stability" else math.nan
         return Reading(value, hertz, note=f"unstable at {hertz:.4g} Hz")
-    if quantity.kind == "slew" and judgement.saturation:
-        return Reading(math.nan, note=judgement.saturation)
+    if quantity.kind == "slew":
+        try:
+            beyond = judgement.saturation
+        except AccuracyError as error:  # its extremes could not be enclosed
+            return Reading(math.nan, note=str(error))
+        if beyond:
+            return Reading(math.nan, note=beyond)
     reading = quantity.read(judgement)
     if math.isnan(reading.value) and not reading.note:
         return reading._replace(note=quantity.needs)

@@ -103,7 +103,8 @@ def _evaluation(e: Evaluation) -> dict[str, Any]:
         "stable": e.stable,
         "unstable_hz": e.judgement.unstable_hz,
         "quantities": {
-            name: reading._asdict() | {"value": _known(reading)}
+            name: {"value": _known(reading)}
+            | {key: said for key, said in reading._asdict().items() if said and key != "value"}
             for name, reading in _readings(e).items()
         },
     }
