@@ -41,8 +41,11 @@ class Processes(ProcessPoolExecutor):
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         processes = list((self._processes or {}).values())
+        pending = vars(self)["_pending_work_items"]
         self.shutdown(wait=kind is None, cancel_futures=True)
         if kind is not None:
+            # A call that was cancelled cannot be told that its worker has gone.
+            pending.clear()
             for process in processes:
                 process.terminate()
 

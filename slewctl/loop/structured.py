@@ -18,6 +18,8 @@ from scipy.optimize import minimize
 from slewctl._types import Array, ComplexArray
 
 # Off-diagonal entries count at least this much of M, so that a triangular M has scales.
+# A direction of no more than this is none: dividing by it would overflow.
+_NOTHING = 1e-300
 _FLOOR = 1e-12
 _BALANCING = 30
 _CUTS = 3000
@@ -170,7 +172,7 @@ def _aligned(M: ComplexArray) -> Array:
     """Return the phases that turn the optimally scaled M's output onto its input."""
     _, d = upper_bound(M)
     U, _, Vh = np.linalg.svd(d[:, None] * M / d)
-    turns = np.angle(Vh[0].conj() / np.where(np.abs(U[:, 0]) > 0, U[:, 0], 1.0))
+    turns = np.angle(Vh[0].conj() / np.where(np.abs(U[:, 0]) > _NOTHING, U[:, 0], 1.0))
     return np.asarray(turns[:-1] - turns[-1])
 
 

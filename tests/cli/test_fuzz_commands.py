@@ -49,7 +49,7 @@ studies = mistaken((STUDY,))
 def stands(command: str, text: str) -> None:
     """Assert that a command bears a file."""
     # Two truths are enough to be mistaken on; more of them take most of the time.
-    with tempfile.TemporaryDirectory() as folder, patch.object(judgement, "MOST_MODES", 12):
+    with tempfile.TemporaryDirectory() as folder, patch.object(judgement, "MOST_MODES", 40):
         run = guarded_run(command, text, Path(folder))
     assert run.faults == (), f"{run.faults}\n{text}"
 
