@@ -41,11 +41,13 @@ class Processes(ProcessPoolExecutor):
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         processes = list((self._processes or {}).values())
-        pending = vars(self)["_pending_work_items"]
+        if kind is not None:
+            # The thread that serves the pool tells every call whose worker has gone, and fails
+            # on one that somebody has cancelled: nobody waits for these any more.
+            for item in list(vars(self)["_pending_work_items"].values()):
+                item.future = Future()
         self.shutdown(wait=kind is None, cancel_futures=True)
         if kind is not None:
-            # A call that was cancelled cannot be told that its worker has gone.
-            pending.clear()
             for process in processes:
                 process.terminate()
 

@@ -187,9 +187,10 @@ def _run(
         raise _PoolBrokeError((*flying.values(), *refused)) from error
     except CancelledError as error:
         raise _lost("the executor has dropped its work") from error
-    finally:
+    except BaseException:
         for future in flying:
             future.cancel()
+        raise
 
 
 def _lost(what: str) -> WorkerDiedError:

@@ -20,6 +20,7 @@ import pytest
 import sweep_work
 from heed_signals import heed_signals
 
+from slewctl.compare.processes import Processes
 from slewctl.compare.results_file import rows
 from slewctl.compare.sweep import Piece, WorkerDiedError, _limited, sweep
 from slewctl.compare.versions import versions
@@ -198,6 +199,35 @@ def test_no_worker_outlives_a_killed_sweep(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def interrupted_after(moment: float) -> None:
+    """Interrupt a pool with calls in every state and wait for the thread that serves it."""
+    served = None
+    try:
+        with Processes(1) as pool:
+            calls = [pool.submit(time.sleep, 0.001) for _ in range(200)]
+            served = vars(pool)["_executor_manager_thread"]
+            calls[0].result()
+            time.sleep(moment)
+            for call in calls[1:]:
+                call.cancel()
+            raise KeyboardInterrupt
+    finally:
+        assert served is not None
+        served.join(30)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("moment", [0.0, 0.01])
+def test_an_interruption_at_any_moment_is_not_told_by_threads(
+    moment: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[object] = []
+    monkeypatch.setattr(threading, "excepthook", said.append)
+    with pytest.raises(KeyboardInterrupt):
+        interrupted_after(moment)
+    assert not said
+
+
 def test_dask_cluster_gives_the_same_rows(tmp_path: Path) -> None:
     sweep(sweep_work.eigenvalues, pieces(8), tmp_path / "p", stamp=STAMP, workers=2)
     with (
