@@ -58,15 +58,15 @@ from slewctl.loop import (
     small_gain,
     stability_margin_bpc,
 )
-from slewctl.loop.public import hybrid_delay_margin, margins
+from slewctl.loop.margin_functions import hybrid_delay_margin, margins
+from slewctl.measured.fit import fit
+from slewctl.measured.fit_result import Fit
 from slewctl.model import (
-    Fit,
     Model,
     NonlinearModel,
     Truth,
     arm_modes,
     assemble,
-    fit,
     hub_locked_frequencies_hz,
     large_slew,
     spin_frequencies_hz,

@@ -26,7 +26,7 @@ from slewctl.compare import (
     recommend,
     run_study,
 )
-from slewctl.compare.processes import ENDINGS
+from slewctl.compare.study.processes import ENDINGS
 from slewctl.files import computing_arm, find_arm, read_study
 
 

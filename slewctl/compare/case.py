@@ -10,7 +10,7 @@ from slewctl.basis import NAMES
 from slewctl.design import METHODS, options
 from slewctl.errors import InputError, check_choice, check_count, shown, suggest
 from slewctl.loop import Slew
-from slewctl.model.truth import DEFAULT_MODES
+from slewctl.model.converged_truth import DEFAULT_MODES
 from slewctl.plant import Objective
 
 # Verdicts are followed over truths of twice the modes up to twice as many.

@@ -10,7 +10,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.compare.case import Case
-from slewctl.compare.design_model import DesignModel, design_model
+from slewctl.compare.design_basis import DesignModel, design_model
 from slewctl.compare.judgement import Judgement, Yardstick
 from slewctl.design import Controller
 from slewctl.errors import SlewctlError

@@ -17,9 +17,9 @@ from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
 from slewctl.loop import Loop, Margins, Slew, SlewResponse, close, simulate_slew
 from slewctl.loop.noise import NoiseLevels, noise_levels
-from slewctl.loop.sensitivity import complementary_sensitivity_peak
+from slewctl.loop.single.sensitivity import complementary_sensitivity_peak
 from slewctl.model import Truth, truth
-from slewctl.peaks import Peak
+from slewctl.numerics.hinf_norm import Peak
 from slewctl.plant import Objective, generalised_plant
 
 # Verdicts are followed over truths of twice the modes up to this many.

@@ -16,13 +16,13 @@ import numpy as np
 from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl.basis import Combined
 from slewctl.compare.case import Case
-from slewctl.compare.design_model import DesignModel
-from slewctl.compare.destabilised import DestabilisedMode, destabilised_mode
+from slewctl.compare.design_basis import DesignModel
 from slewctl.compare.evaluation import Judge
 from slewctl.compare.judgement import Judgement, Yardstick
 from slewctl.compare.quantities import read
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, InputError, SlewctlError, check_count
+from slewctl.loop.robust.destabilised_mode import DestabilisedMode, destabilised_mode
 from slewctl.model import Truth
 
 

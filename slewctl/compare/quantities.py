@@ -19,7 +19,7 @@ from slewctl.compare.judgement import Judgement
 from slewctl.errors import AccuracyError
 from slewctl.loop import Crossing, Margins, SlewSummary
 from slewctl.loop.noise import NoiseLevels
-from slewctl.loop.sensitivity import bandwidth
+from slewctl.loop.single.sensitivity import bandwidth
 
 # Verdicts rest on a truth whose frequencies are known this well, relative, and on costs
 # that two Gramians give alike.

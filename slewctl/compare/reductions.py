@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from slewctl._show import DataFrame, table_html, to_frame
 from slewctl.compare.case import Case
-from slewctl.compare.design_model import REDUCTIONS, SOURCES, check_reducible
+from slewctl.compare.design_basis import REDUCTIONS, SOURCES, check_reducible
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.errors import SlewctlError
 

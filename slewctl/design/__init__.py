@@ -3,22 +3,22 @@
 import inspect
 from collections.abc import Callable
 
-from slewctl.design.collocated import pd_notch
-from slewctl.design.h2 import build_h2, h2_lmi, solve_h2
-from slewctl.design.h2_gains import H2Gain, h2_estimator, h2_state_feedback
-from slewctl.design.h2_joint import build_h2_joint, solve_h2_joint
-from slewctl.design.lead import lead
-from slewctl.design.lqg import lqg
-from slewctl.design.lqr import kalman, lqr
-from slewctl.design.mixed import h2_hinf
-from slewctl.design.payload import payload_lmi
-from slewctl.design.placement import place, place_observer, pole_placement
-from slewctl.design.pole_assignment import PoleSensitivity, pole_sensitivity
-from slewctl.design.positive_position import positive_position
-from slewctl.design.regions import h2_region
+from slewctl.design.classical.lead import lead
+from slewctl.design.classical.pd_notch import pd_notch
+from slewctl.design.classical.positive_position import positive_position
+from slewctl.design.energy_coordinates import ScaledPlant, scaled
+from slewctl.design.lmi.h2_gains import H2Gain, h2_estimator, h2_state_feedback
+from slewctl.design.lmi.h2_hinf import h2_hinf
+from slewctl.design.lmi.h2_joint import build_h2_joint, solve_h2_joint
+from slewctl.design.lmi.h2_lmi import build_h2, h2_lmi, solve_h2
+from slewctl.design.lmi.h2_region import h2_region
+from slewctl.design.lmi.payload import payload_lmi
+from slewctl.design.lmi.variance_bound import variance_bound
+from slewctl.design.placement.assignment import PoleSensitivity, pole_sensitivity
+from slewctl.design.placement.pole_placement import place, place_observer, pole_placement
 from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished, given
-from slewctl.design.scaling import ScaledPlant, scaled
-from slewctl.design.variance import variance_bound
+from slewctl.design.riccati.lqg import lqg
+from slewctl.design.riccati.lqr_kalman import kalman, lqr
 
 # Each takes a plant and, by keyword alone, options of its own: the keys of [controller].
 METHODS: dict[str, Callable[..., Controller]] = {

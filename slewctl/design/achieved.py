@@ -12,8 +12,8 @@ import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.linalg import H2Cost, discrete_h2_cost, h2_cost
-from slewctl.observability import pole_rounding
+from slewctl.numerics.matrix_equations import H2Cost, discrete_h2_cost, h2_cost
+from slewctl.numerics.observability import pole_rounding
 from slewctl.plant import GeneralisedPlant, continuous_equivalent, ill_posed, sampled_plant
 
 

@@ -6,7 +6,7 @@ import control
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.linalg import balance_realisation
+from slewctl.numerics.balance import balance_realisation
 
 
 def balanced(system: control.StateSpace) -> tuple[control.StateSpace, Array]:

@@ -16,8 +16,8 @@ import control
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.linalg import balance
 from slewctl.model import Model
+from slewctl.numerics.balance import balance
 from slewctl.plant import GeneralisedPlant, signal
 
 # What the reference angle is called among a controller's inputs.

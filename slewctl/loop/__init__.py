@@ -1,9 +1,19 @@
 """Closed loops: stability first, then margins, norms and simulation."""
 
-from slewctl.frequency import FrequencyResponse
 from slewctl.loop.closed import Loop, UnstableLoopError
 from slewctl.loop.connect import close
-from slewctl.loop.gap import (
+from slewctl.loop.margin_functions import hybrid_delay_margin
+from slewctl.loop.motion.large_slew import Swing, simulate_swing
+from slewctl.loop.motion.slew import SlewResponse, SlewSummary, simulate_slew
+from slewctl.loop.motion.slew_inputs import Slew
+from slewctl.loop.robust.multiloop import (
+    MultiloopDisk,
+    MultiloopMargins,
+    multiloop_disk_margin,
+    multiloop_margins,
+    perturbation_system,
+)
+from slewctl.loop.robust.nu_gap import (
     GeneralisedMargin,
     NuGap,
     PlantGraph,
@@ -13,24 +23,20 @@ from slewctl.loop.gap import (
     plant_graph,
     stability_margin_bpc,
 )
-from slewctl.loop.hybrid import HybridDelay
-from slewctl.loop.margins import Crossing, Margins, classical_margins
-from slewctl.loop.multiloop import (
-    MultiloopDisk,
-    MultiloopMargins,
-    multiloop_disk_margin,
-    multiloop_margins,
-    perturbation_system,
+from slewctl.loop.robust.return_ratios import input_loop, input_output_loop, output_loop
+from slewctl.loop.robust.small_gain import (
+    ResidualMode,
+    SmallGain,
+    Spillover,
+    residual_modes,
+    small_gain,
 )
-from slewctl.loop.opened import input_loop, input_output_loop, output_loop
-from slewctl.loop.perturbation import Perturbation
-from slewctl.loop.public import hybrid_delay_margin
 from slewctl.loop.sampled import SampledLoop
-from slewctl.loop.slew import SlewResponse, SlewSummary, simulate_slew
-from slewctl.loop.slew_inputs import Slew
-from slewctl.loop.smallgain import ResidualMode, SmallGain, Spillover, residual_modes, small_gain
-from slewctl.loop.swing import Swing, simulate_swing
-from slewctl.peaks import Peak, peak_gain
+from slewctl.loop.single.classical_margins import Crossing, Margins, classical_margins
+from slewctl.loop.single.hybrid_delay import HybridDelay
+from slewctl.loop.single.perturbation import Perturbation
+from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.hinf_norm import Peak, peak_gain
 
 __all__ = [
     "Crossing",

@@ -12,14 +12,14 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.design import Controller
 from slewctl.errors import SlewctlError
-from slewctl.frequency import FrequencyResponse
-from slewctl.linalg import H2Cost, h2_cost, stability_threshold
-from slewctl.loop.broken import BrokenLoop
-from slewctl.loop.margins import Margins, classical_margins
-from slewctl.loop.naming import Modes, modes_of_pair
 from slewctl.loop.parts import Pair
+from slewctl.loop.single.classical_margins import Margins, classical_margins
+from slewctl.loop.single.mode_names import Modes, modes_of_pair
+from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.loop.tracking import tracking_controller, tracking_loop
 from slewctl.model import Model
+from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.matrix_equations import H2Cost, h2_cost, stability_threshold
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
 
 from slewctl._types import Array
-from slewctl.linalg import balance
 from slewctl.loop.closed import Loop
 from slewctl.loop.sampled import SampledLoop
+from slewctl.numerics.balance import balance
 from slewctl.plant import GeneralisedPlant, sampled_plant, state_space
 from slewctl.plant.signals import TORQUE
 

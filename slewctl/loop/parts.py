@@ -19,7 +19,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.design import Controller
 from slewctl.errors import InputError, shown
-from slewctl.frequency import sample_time
+from slewctl.numerics.frequency_response import sample_time
 from slewctl.plant import GeneralisedPlant
 
 System: TypeAlias = control.StateSpace | control.TransferFunction

@@ -13,10 +13,11 @@ import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.equivalent import equivalent
 from slewctl.errors import InputError, shown
-from slewctl.linalg import balance, stability_threshold
-from slewctl.peaks import Peak, peak_gain
+from slewctl.numerics.balance import balance
+from slewctl.numerics.bilinear import equivalent
+from slewctl.numerics.hinf_norm import Peak, peak_gain
+from slewctl.numerics.matrix_equations import stability_threshold
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from slewctl._types import ComplexArray
-from slewctl.linalg import H2Cost
 from slewctl.loop.closed import Loop
+from slewctl.numerics.matrix_equations import H2Cost
 from slewctl.plant import SampledClosed, SampledPlant, continuous_equivalent, sampled_plant
 
 

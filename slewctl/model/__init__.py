@@ -1,18 +1,14 @@
-"""Models of an arm: quadrature, assembly of M, D, K and b, the truth, and fits to measurement."""
+"""Models of an arm: quadrature, assembly of M, D, K and b, and the truth."""
 
 from slewctl.model.assembly import Model, assemble
-from slewctl.model.fit import fit
-from slewctl.model.fit_result import Estimate, Fit
+from slewctl.model.converged_truth import Truth, arm_modes, truth
 from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies, hub_locked_frequencies_hz
 from slewctl.model.nonlinear import LargeDeflectionError, NonlinearModel, large_slew
 from slewctl.model.rigid import beam_inertia, beam_mass, total_inertia
 from slewctl.model.spin import SpinSofteningWarning, critical_spin_rad_s, spin_frequencies_hz
-from slewctl.model.truth import Truth, arm_modes, truth
 
 __all__ = [
     "BOUNDARIES",
-    "Estimate",
-    "Fit",
     "Frequencies",
     "LargeDeflectionError",
     "Model",
@@ -24,7 +20,6 @@ __all__ = [
     "beam_inertia",
     "beam_mass",
     "critical_spin_rad_s",
-    "fit",
     "frequencies",
     "hub_locked_frequencies_hz",
     "large_slew",

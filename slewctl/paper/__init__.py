@@ -1,7 +1,7 @@
 """The paper that this package implements, reproduced and corrected."""
 
 from slewctl.paper.conditioning import ConditioningFinding, ConditioningPoint
-from slewctl.paper.conditioning_words import conditioning_words
+from slewctl.paper.conditioning_prose import conditioning_words
 from slewctl.paper.figures import Figures, ShapeFigure
 from slewctl.paper.findings import HubFinding, HubPoint
 from slewctl.paper.integrators import IntegratorFinding

@@ -20,11 +20,11 @@ from slewctl.arm import Hub
 from slewctl.arm.catalogue import paper_beam
 from slewctl.basis import Basis, ClampedFree, Slewing
 from slewctl.design import lqr
-from slewctl.design.h2_gains import h2_state_feedback
-from slewctl.design.h2_setting import GAP, H2Setting, h2_setting, stable_cost
-from slewctl.design.textbook import TextbookRun, covariance_form, riccati_form
+from slewctl.design.lmi.h2_gains import h2_state_feedback
+from slewctl.design.lmi.h2_problem import GAP, H2Setting, h2_setting, stable_cost
 from slewctl.model import assemble
 from slewctl.paper.findings import DAMPING_RATIO, LIMITS, NOISE
+from slewctl.paper.textbook_lmi import TextbookRun, covariance_form, riccati_form
 from slewctl.plant import Objective, generalised_plant
 
 HUB_RATIOS = (0.0, 1.0)

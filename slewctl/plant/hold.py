@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from slewctl._types import Array
-from slewctl.linalg import balance
+from slewctl.numerics.balance import balance
 
 # ‖A‖h of the first step: the exponential of its negative is harmless there.
 _SHORT = 0.5

@@ -17,7 +17,7 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_nonnegative, check_positive
-from slewctl.linalg import H2Cost, solve_discrete_lyapunov, stability_threshold
+from slewctl.numerics.matrix_equations import H2Cost, solve_discrete_lyapunov, stability_threshold
 from slewctl.plant.hold import Held, held
 from slewctl.plant.problem import GeneralisedPlant, check_plant
 

@@ -23,7 +23,7 @@ from scipy.sparse.csgraph import connected_components
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError, InputError, shown
-from slewctl.linalg import balance
+from slewctl.numerics.balance import balance
 from slewctl.plant.invariant import Piece, check_rigid, consecutive
 
 _RESIDUAL = 1e-7

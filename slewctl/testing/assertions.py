@@ -9,8 +9,8 @@ from slewctl.compare import QUANTITIES, Quantity
 from slewctl.design import Controller
 from slewctl.errors import check_nonnegative
 from slewctl.loop import Crossing, Loop, Margins, UnstableLoopError
+from slewctl.loop.margin_functions import margins as margins_of
 from slewctl.loop.parts import Plant, System
-from slewctl.loop.public import margins as margins_of
 
 
 def assert_margins(

@@ -14,8 +14,8 @@ from strategies import deterministic
 from slewctl.arm import Arm, Beam, Hub, Motor, Payload
 from slewctl.basis import Polynomial
 from slewctl.errors import InputError
-from slewctl.linalg import solve_riccati
 from slewctl.model import assemble
+from slewctl.numerics.matrix_equations import solve_riccati
 from slewctl.plant import state_space
 
 EPS = np.finfo(float).eps

@@ -24,10 +24,10 @@ from slewctl import (
     generalised_plant,
     lqg,
 )
-from slewctl.design.mixed import h2_hinf
-from slewctl.design.payload import payload_lmi
-from slewctl.design.regions import h2_region
-from slewctl.design.variance import variance_bound
+from slewctl.design.lmi.h2_hinf import h2_hinf
+from slewctl.design.lmi.h2_region import h2_region
+from slewctl.design.lmi.payload import payload_lmi
+from slewctl.design.lmi.variance_bound import variance_bound
 
 OBJECTIVE = Objective(
     {"tip": 0.1, "torque": 1.6}, {"torque": 0.07, "theta": 1.3e-3, "theta_dot": 0.022}

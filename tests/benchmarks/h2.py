@@ -31,9 +31,9 @@ from slewctl import (
     truth,
 )
 from slewctl.basis import create
-from slewctl.design.h2 import build_h2, solve_h2
-from slewctl.design.h2_gains import build_state_feedback, solve_state_feedback
-from slewctl.design.h2_joint import build_h2_joint, solve_h2_joint
+from slewctl.design.lmi.h2_gains import build_state_feedback, solve_state_feedback
+from slewctl.design.lmi.h2_joint import build_h2_joint, solve_h2_joint
+from slewctl.design.lmi.h2_lmi import build_h2, solve_h2
 from slewctl.design.result import Controller
 from slewctl.paper.conditioning import conditioning
 

@@ -27,7 +27,7 @@ from flexible_loops import FlexibleLoop, random_flexible_loops
 from mixed_loops import random_mixed_loops
 
 from slewctl.loop import Margins, UnstableLoopError
-from slewctl.loop.public import margins
+from slewctl.loop.margin_functions import margins
 
 EXACT, PEER = 1e-7, 1e-2
 # Beside lags 1e6 times as fast as a mode, ε‖A‖ against its half-width.

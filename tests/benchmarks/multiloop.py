@@ -17,7 +17,7 @@ from pathlib import Path
 import control
 import numpy as np
 
-from slewctl.loop.multiloop import multiloop_disk_margin
+from slewctl.loop.robust.multiloop import multiloop_disk_margin
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "loop"))
 from random_multiloops import brute_force_mu, stable_multiloops

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from slewctl import Arm, Beam, ClampedFree, Hub, assemble, truth
-from slewctl.loop.swing import simulate_swing
+from slewctl.loop.motion.large_slew import simulate_swing
 from slewctl.model import Model
 from slewctl.model.nonlinear import large_slew
 from slewctl.plant.nonlinear import nonlinear_system

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from slewctl import AccuracyError, Loop, Model
-from slewctl.compare.spillover import THEOREMS, Predictors, predictors, score
-from slewctl.loop.smallgain import residual_modes
+from slewctl.loop.robust.small_gain import residual_modes
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "compare"))
 from random_spillover import random_design
+from spillover_predictors import THEOREMS, Predictors, predictors, score
 
 TRUTH_MODES = 20
 NAMED_EVERY = 10

@@ -32,9 +32,9 @@ from threadpoolctl import threadpool_limits
 from slewctl import Arm, GeneralisedPlant, Model, arms, assemble, generalised_plant, truth
 from slewctl.basis import create
 from slewctl.compare import Grid, Piece, Point, Setting, Study, Work, evaluate_point, run_study
-from slewctl.compare.grid import arm_of, objective_of, slew_of
-from slewctl.compare.results_file import rows
-from slewctl.compare.sweep import sweep
+from slewctl.compare.study.grid import arm_of, objective_of, slew_of
+from slewctl.compare.study.results_file import rows
+from slewctl.compare.study.sweep import sweep
 from slewctl.plant import state_space
 
 ARM, TRUTH_MODES = arms.paper_beam(), 20

@@ -67,7 +67,7 @@ def test_study_answers_and_goes_on_where_it_was(study: Path, tmp_path: Path) -> 
     assert "go on with it by --resume, or remove it" in again.stderr
     before = files(out)
     with pytest.MonkeyPatch.context() as patch:  # no design is tried a second time
-        patch.setattr("slewctl.compare.points.evaluate_point", pytest.fail)
+        patch.setattr("slewctl.compare.study.point.evaluate_point", pytest.fail)
         resumed = slewctl("study", study, "--out", out, "--resume", "--parquet")
     assert resumed.stdout == done.stdout
     assert resumed.stderr == ""
@@ -351,8 +351,8 @@ def test_recommend_refuses_what_it_cannot_use(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_recommend_gives_its_evidence_as_json(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("slewctl.compare.advice.BANDWIDTHS", (0.1,))
-    monkeypatch.setattr("slewctl.compare.advice.ORDERS", (1, 2))
+    monkeypatch.setattr("slewctl.compare.study.recommend.BANDWIDTHS", (0.1,))
+    monkeypatch.setattr("slewctl.compare.study.recommend.ORDERS", (1, 2))
     done = slewctl("recommend", "quanser-flexible-link", "--json")
     assert done.returncode == 0, done.stderr
     advice = json.loads(done.stdout)

@@ -25,9 +25,9 @@ from slewctl.compare import (
     follow,
     read,
 )
-from slewctl.compare.answer import HUB, OTHER_AXES
-from slewctl.compare.points import column
 from slewctl.compare.quantities import RECORDED, row
+from slewctl.compare.study.answer import HUB, OTHER_AXES
+from slewctl.compare.study.point import column
 from slewctl.files import read_design
 from slewctl.gate import examine
 from slewctl.report.export import json_text

@@ -18,9 +18,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slewctl.compare.results_file import rows
-from slewctl.compare.sweep import Piece, sweep
-from slewctl.compare.versions import versions
+from slewctl.compare.study.results_file import rows
+from slewctl.compare.study.sweep import Piece, sweep
+from slewctl.compare.study.versions import versions
 from slewctl.errors import InputError
 
 COUNT = 6
@@ -195,7 +195,7 @@ def test_a_damaged_head_costs_no_finished_piece(results: Path, head: bytes) -> N
 
 def test_other_versions_are_refused_by_name(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     newer = {**versions(), "numpy": "99.1"}
-    monkeypatch.setattr("slewctl.compare.results_file.versions", lambda: newer)
+    monkeypatch.setattr("slewctl.compare.study.results_file.versions", lambda: newer)
     with pytest.raises(InputError, match=rf"made with numpy {versions()['numpy']} \(here 99.1\)"):
         run(results, resume=True)
 

@@ -7,10 +7,10 @@ from dataclasses import astuple, fields
 import numpy as np
 import pytest
 from random_spillover import random_design
+from spillover_predictors import THEOREMS, WITH_THRESHOLD, Predictors, predictors, score
 
 from slewctl import AccuracyError, InputError
-from slewctl.compare.spillover import THEOREMS, WITH_THRESHOLD, Predictors, predictors, score
-from slewctl.loop.smallgain import residual_modes, small_gain
+from slewctl.loop.robust.small_gain import residual_modes, small_gain
 
 
 def tried(seed: int, count: int, modes: int) -> tuple[list[Predictors], list[bool]]:

@@ -31,10 +31,10 @@ from slewctl.compare import (
     recommend,
     run_study,
 )
-from slewctl.compare.answer import answer, duel
 from slewctl.compare.case import Case
-from slewctl.compare.grid import arm_of, objective_of, omega_of
-from slewctl.compare.points import column
+from slewctl.compare.study.answer import answer, duel
+from slewctl.compare.study.grid import arm_of, objective_of, omega_of
+from slewctl.compare.study.point import column
 from slewctl.errors import DesignError, InputError
 from slewctl.model import beam_inertia, beam_mass, total_inertia
 
@@ -353,8 +353,8 @@ def test_a_reduction_is_counted_against_every_basis() -> None:
 
 @pytest.fixture
 def few_trials(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("slewctl.compare.advice.BANDWIDTHS", (0.1, 0.3))
-    monkeypatch.setattr("slewctl.compare.advice.ORDERS", (1, 2))
+    monkeypatch.setattr("slewctl.compare.study.recommend.BANDWIDTHS", (0.1, 0.3))
+    monkeypatch.setattr("slewctl.compare.study.recommend.ORDERS", (1, 2))
 
 
 @pytest.mark.slow

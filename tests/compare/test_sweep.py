@@ -20,10 +20,10 @@ import pytest
 import sweep_work
 from heed_signals import heed_signals
 
-from slewctl.compare.processes import Processes
-from slewctl.compare.results_file import rows
-from slewctl.compare.sweep import Piece, WorkerDiedError, _limited, sweep
-from slewctl.compare.versions import versions
+from slewctl.compare.study.processes import Processes
+from slewctl.compare.study.results_file import rows
+from slewctl.compare.study.sweep import Piece, WorkerDiedError, _limited, sweep
+from slewctl.compare.study.versions import versions
 from slewctl.errors import InputError
 
 STAMP = {"study": "a"}
@@ -116,7 +116,7 @@ def test_a_killed_worker_costs_nothing_and_a_killer_is_named(tmp_path: Path) -> 
 SCRIPT = """\
 import sys, sweep_work
 from pathlib import Path
-from slewctl.compare.sweep import Piece, sweep
+from slewctl.compare.study.sweep import Piece, sweep
 if __name__ == "__main__":
     work = [Piece(f"{i:05d}", i) for i in range(1000)]
     sweep(sweep_work.slow, work, Path(sys.argv[1]), stamp={}, workers=2, resume=True)

@@ -25,7 +25,7 @@ from slewctl import (
 )
 from slewctl.arm import vary
 from slewctl.compare import QUANTITIES, Case, Yardstick, evaluate, read
-from slewctl.compare.uncertainty import PROPERTIES, WorstCase, worst_case
+from slewctl.compare.worst_arm import PROPERTIES, WorstCase, worst_case
 
 ARM = Arm(Beam(1.0, 1.0, 1.0), Hub(0.2, friction=0.05), Payload(0.05), damping_ratio=0.01)
 CASE = Case(

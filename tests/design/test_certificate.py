@@ -13,7 +13,7 @@ from general_plants import made
 
 from slewctl import DesignError, GeneralisedPlant, Objective, kalman, lqg, lqr
 from slewctl.design import Certificate, Check, finished
-from slewctl.linalg import RiccatiSolution
+from slewctl.numerics.matrix_equations import RiccatiSolution
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES)
@@ -44,7 +44,7 @@ def test_tampered_result_is_not_verified(
     def tampered(plant: GeneralisedPlant) -> RiccatiSolution:
         return tamper(original(plant))  # type: ignore[operator]
 
-    monkeypatch.setitem(vars(sys.modules["slewctl.design.lqg"]), which, tampered)
+    monkeypatch.setitem(vars(sys.modules["slewctl.design.riccati.lqg"]), which, tampered)
     certificate = lqg(design_plant(2)).certificate
     assert not certificate.verified
     assert str(certificate).startswith("NOT verified (")

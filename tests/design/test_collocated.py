@@ -30,8 +30,8 @@ from slewctl import (
     generalised_plant,
 )
 from slewctl.design import lead, pd_notch
-from slewctl.design.collocated import PDWish, pd_law
-from slewctl.design.filters import RigidArm, Section, in_series, low_pass, notch, response
+from slewctl.design.classical.filters import RigidArm, Section, in_series, low_pass, notch, response
+from slewctl.design.classical.pd_notch import PDWish, pd_law
 from slewctl.files import read_arm
 
 RATE = Objective({"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1})

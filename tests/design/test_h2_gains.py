@@ -27,7 +27,7 @@ from slewctl import (
     lqr,
 )
 from slewctl.basis import Basis, create
-from slewctl.design.h2_gains import (
+from slewctl.design.lmi.h2_gains import (
     H2Gain,
     build_estimator,
     build_state_feedback,

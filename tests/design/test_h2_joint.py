@@ -21,8 +21,8 @@ from slewctl import (
     lqg,
 )
 from slewctl.basis import Basis, create
-from slewctl.design.h2 import h2_lmi
-from slewctl.design.h2_joint import build_h2_joint, solve_h2_joint
+from slewctl.design.lmi.h2_joint import build_h2_joint, solve_h2_joint
+from slewctl.design.lmi.h2_lmi import h2_lmi
 
 OBJECTIVE = Objective(
     {"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "theta": 1e-3, "theta_dot": 1e-2}
@@ -72,7 +72,7 @@ def test_the_variables_mean_what_they_say() -> None:
 
 def test_full_and_observer_reconstruction_agree() -> None:
     """A_k from Â is the observer's matrix at the optimum: both close loops of one cost."""
-    from slewctl.design.h2_joint import _reconstructed
+    from slewctl.design.lmi.h2_joint import _reconstructed
 
     joint = build_h2_joint(plant(ClampedFree(2)))
     controller = solve_h2_joint(joint)

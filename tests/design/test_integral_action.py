@@ -26,8 +26,8 @@ from slewctl import (
     lqg,
     truth,
 )
-from slewctl.design.integral import slowest_motion
-from slewctl.linalg import h2_cost
+from slewctl.design.riccati.integral_action import slowest_motion
+from slewctl.numerics.matrix_equations import h2_cost
 
 WITHOUT_ANGLE = Objective({"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "tip": 0.01})
 

@@ -19,8 +19,8 @@ from slewctl import (
     lqg,
     truth,
 )
-from slewctl.design.mixed import h2_hinf
-from slewctl.peaks import peak_gain
+from slewctl.design.lmi.h2_hinf import h2_hinf
+from slewctl.numerics.hinf_norm import peak_gain
 
 CORNER_HZ = 2 * OMEGA / (2 * math.pi)
 

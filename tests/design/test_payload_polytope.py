@@ -30,8 +30,8 @@ from slewctl import (
     state_space,
 )
 from slewctl.arm import vary
-from slewctl.design.payload import Range, changed_dynamics, payload_lmi
-from slewctl.design.payload_loop import changed_plant, worst_of
+from slewctl.design.lmi.payload import Range, changed_dynamics, payload_lmi
+from slewctl.design.lmi.payload_loop import changed_plant, worst_of
 
 LAWS = [KelvinVoigt(1e-4), Rayleigh(0.1, 1e-4), None]
 

@@ -29,9 +29,9 @@ from slewctl import (
     arms as catalogue,
 )
 from slewctl.design import place, place_observer, pole_placement, pole_sensitivity
-from slewctl.design.placement_wishes import faster
-from slewctl.design.pole_pairs import PolePair
-from slewctl.design.scaling import scaled
+from slewctl.design.energy_coordinates import scaled
+from slewctl.design.placement.pole_pairs import PolePair
+from slewctl.design.placement.wishes import faster
 from slewctl.files import read_arm
 
 BANDWIDTH = 0.3  # of the first flexible frequency

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from strategies import deterministic
 
 from slewctl import Controller, DesignError, InputError, lqg
-from slewctl.design.innovations import innovations
-from slewctl.design.lmi import largest
-from slewctl.design.regions import Region, h2_region
-from slewctl.design.regulator_lmi import Dynamics, Regulator, covariance, solve_regulator
+from slewctl.design.lmi.blocks import largest
+from slewctl.design.lmi.h2_region import Region, h2_region
+from slewctl.design.lmi.separation_principle import innovations
+from slewctl.design.lmi.state_feedback import Dynamics, Regulator, covariance, solve_regulator
 
 
 def guarantee(controller: Controller, name: str) -> tuple[float, float]:

@@ -34,8 +34,8 @@ from slewctl import (
     lqg,
     lqr,
 )
-from slewctl.design.scaling import ScaledPlant, scaled
-from slewctl.linalg import h2_cost
+from slewctl.design.energy_coordinates import ScaledPlant, scaled
+from slewctl.numerics.matrix_equations import h2_cost
 
 POINTS = 1j * np.geomspace(0.01, 300, 50)
 

@@ -21,9 +21,9 @@ from slewctl import (
     lqg,
 )
 from slewctl.design import regulator_lmi
-from slewctl.design.lmi import Block, definiteness
-from slewctl.design.variance import variance_bound
-from slewctl.linalg import h2_cost
+from slewctl.design.lmi.blocks import Block, definiteness
+from slewctl.design.lmi.variance_bound import variance_bound
+from slewctl.numerics.matrix_equations import h2_cost
 
 
 def deviation(problem: GeneralisedPlant, system: object, name: str) -> float:

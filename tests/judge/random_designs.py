@@ -15,7 +15,7 @@ from scipy.signal import cont2discrete
 
 import slewctl as sc
 from slewctl.basis import NAMES
-from slewctl.compare.design_model import design_model
+from slewctl.compare.design_basis import design_model
 from slewctl.design import METHODS, given
 
 SENSORS = (

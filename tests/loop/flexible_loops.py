@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag, expm
 
 from slewctl.errors import AccuracyError
-from slewctl.linalg import solve_riccati
 from slewctl.loop.parts import static
+from slewctl.numerics.matrix_equations import solve_riccati
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.linalg import expm
 
 from slewctl import Loop, Slew
-from slewctl.loop.continuous_motion import tracking_system
+from slewctl.loop.motion.continuous_motion import tracking_system
+from slewctl.loop.motion.slew_inputs import WATCHED, signals, told
 from slewctl.loop.sampled import SampledLoop
-from slewctl.loop.slew_inputs import WATCHED, signals, told
 from slewctl.plant import split_delay, state_space
 
 

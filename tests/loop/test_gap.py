@@ -11,9 +11,9 @@ from random_multiloops import flexible_plant, lqg_controller
 from strategies import deterministic
 
 from slewctl import InputError
-from slewctl.frequency import FrequencyResponse
-from slewctl.loop.gap import best_output_scale, nu_gap, stability_margin_bpc
 from slewctl.loop.parts import static
+from slewctl.loop.robust.nu_gap import best_output_scale, nu_gap, stability_margin_bpc
+from slewctl.numerics.frequency_response import FrequencyResponse
 
 gains = st.floats(-5.0, 5.0)
 

@@ -25,17 +25,17 @@ from slewctl import (
     lqg,
     state_space,
 )
-from slewctl.loop.gap import (
+from slewctl.loop.margin_functions import hybrid_delay_margin, margins
+from slewctl.loop.parts import static
+from slewctl.loop.robust.multiloop import multiloop_margins
+from slewctl.loop.robust.nu_gap import (
     best_output_scale,
     gap_between,
     nu_gap,
     plant_graph,
     stability_margin_bpc,
 )
-from slewctl.loop.multiloop import multiloop_margins
-from slewctl.loop.opened import input_loop, input_output_loop, output_loop
-from slewctl.loop.parts import static
-from slewctl.loop.public import hybrid_delay_margin, margins
+from slewctl.loop.robust.return_ratios import input_loop, input_output_loop, output_loop
 from slewctl.testing import assert_margins
 
 LOOP = loop_on(uniform_arm(), TWO_SENSORS, modes=5, n=2)

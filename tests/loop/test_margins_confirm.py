@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slewctl.loop.broken import BrokenLoop
-from slewctl.loop.confirm import Limit, gain_doubts, phase_doubts
-from slewctl.loop.crossings import crossings, log_gain, sampled
-from slewctl.loop.roots import polished
+from slewctl.loop.single.confirm import Limit, gain_doubts, phase_doubts
+from slewctl.loop.single.crossings import crossings, log_gain, sampled
+from slewctl.loop.single.return_ratio import BrokenLoop
+from slewctl.loop.single.roots import polished
 
 S = control.tf("s")
 # Two resonances lift |L| above one beside the first crossing: five crossings.

@@ -8,8 +8,8 @@ import pytest
 from exact_rational import fraction, gain_crossings, real_crossings
 from flexible_loops import random_flexible_loop
 
-from slewctl.loop.broken import BrokenLoop
-from slewctl.loop.crossings import crossings, log_gain, sampled, sine, truly_real
+from slewctl.loop.single.crossings import crossings, log_gain, sampled, sine, truly_real
+from slewctl.loop.single.return_ratio import BrokenLoop
 
 
 def check(loop: control.StateSpace, label: str) -> int:

@@ -8,7 +8,7 @@ from brute_force import BruteMargins
 from flexible_loops import FlexibleLoop, random_flexible_loops
 
 from slewctl.loop import Margins, UnstableLoopError
-from slewctl.loop.public import margins
+from slewctl.loop.margin_functions import margins
 
 # A Schur form moves poles by ε‖A‖; beside a half-width of 1e-4 of a slow mode this is 1e-8.
 EXACT = 1e-7

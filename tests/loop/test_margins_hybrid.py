@@ -12,9 +12,9 @@ from scipy.linalg import expm
 from slewctl import ClampedFree, assemble, close, generalised_plant, lqg, truth
 from slewctl.errors import InputError
 from slewctl.loop import UnstableLoopError
-from slewctl.loop.hybrid import delayed_loop, sampled_with_delay, smallest_delay
+from slewctl.loop.margin_functions import hybrid_delay_margin, margins
 from slewctl.loop.parts import static
-from slewctl.loop.public import hybrid_delay_margin, margins
+from slewctl.loop.single.hybrid_delay import delayed_loop, sampled_with_delay, smallest_delay
 from slewctl.plant import sampled_plant
 
 S = control.tf("s")

@@ -9,7 +9,7 @@ from mixed_loops import MixedLoop, random_mixed_loops
 
 from slewctl import Arm, Beam, Hub, state_space, truth
 from slewctl.loop import Margins, UnstableLoopError
-from slewctl.loop.public import margins
+from slewctl.loop.margin_functions import margins
 
 # Beside lags 1e6 times as fast as a mode, ε‖A‖ against its half-width.
 EXACT = 1e-5

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from strategies import deterministic
 
 from slewctl.loop import UnstableLoopError
-from slewctl.loop.public import margins
+from slewctl.loop.margin_functions import margins
 
 T = 0.1
 MOST = 60

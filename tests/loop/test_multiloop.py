@@ -27,14 +27,20 @@ from slewctl import (
     truth,
 )
 from slewctl.loop import classical_margins
-from slewctl.loop.multiloop import (
+from slewctl.loop.parts import static
+from slewctl.loop.robust.multiloop import (
     MultiloopDisk,
     multiloop_disk_margin,
     multiloop_margins,
     perturbation_system,
 )
-from slewctl.loop.opened import input_loop, input_output_loop, one_loop, output_loop, sensitivity
-from slewctl.loop.parts import static
+from slewctl.loop.robust.return_ratios import (
+    input_loop,
+    input_output_loop,
+    one_loop,
+    output_loop,
+    sensitivity,
+)
 
 BRACKET = 1e-4
 

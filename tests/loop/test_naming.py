@@ -21,9 +21,9 @@ from slewctl import (
     lqg,
     truth,
 )
-from slewctl.loop.margins import Crossing
+from slewctl.loop.margin_functions import margins
 from slewctl.loop.parts import static
-from slewctl.loop.public import margins
+from slewctl.loop.single.classical_margins import Crossing
 from slewctl.plant import SIGNALS
 
 NAMES = ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus", "disk")

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from random_loops import stable_loops
 
-from slewctl.frequency import FrequencyResponse
 from slewctl.loop import Loop, classical_margins
 from slewctl.loop.parts import static
-from slewctl.peaks import PEAK_TOLERANCE, peak_gain
+from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.hinf_norm import PEAK_TOLERANCE, peak_gain
 
 
 @pytest.mark.parametrize("zeta", [1e-6, 1e-4, 0.02, 0.3])

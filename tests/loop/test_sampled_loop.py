@@ -32,7 +32,7 @@ from slewctl import (
 from slewctl.compare import QUANTITIES, Case, evaluate, read
 from slewctl.design import given as designed_elsewhere
 from slewctl.loop import SampledLoop
-from slewctl.loop.slew_inputs import feedforward, rigid_readings
+from slewctl.loop.motion.slew_inputs import feedforward, rigid_readings
 
 Array = NDArray[np.float64]
 

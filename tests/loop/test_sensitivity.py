@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from slewctl import Arm, Beam, Hub, Objective, assemble, close, generalised_plant, lqg, truth
 from slewctl.basis import ClampedFree
 from slewctl.loop import Loop
-from slewctl.loop.sensitivity import (
+from slewctl.loop.single.sensitivity import (
     BANDWIDTH_LEVEL,
     bandwidth,
     complementary_sensitivity_peak,

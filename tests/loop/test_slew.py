@@ -13,8 +13,8 @@ from loop_examples import OBJECTIVE, TWO_SENSORS, loop_on, stable_loop, uniform_
 
 from slewctl import InputError, Loop, Objective, Slew, simulate_slew
 from slewctl.arm import Motor, Rayleigh
-from slewctl.loop.continuous_motion import tracking_system
-from slewctl.loop.slew_inputs import feedforward, rigid_readings
+from slewctl.loop.motion.continuous_motion import tracking_system
+from slewctl.loop.motion.slew_inputs import feedforward, rigid_readings
 
 ANGLES = st.floats(1e-2, 180) | st.floats(-180, -1e-2)
 

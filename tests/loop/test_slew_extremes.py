@@ -33,8 +33,8 @@ from slewctl import (
 from slewctl.arm import Motor
 from slewctl.errors import AccuracyError, InputError
 from slewctl.loop import SlewSummary
-from slewctl.loop.continuous_motion import tracking_system
-from slewctl.loop.decoupled import decoupled
+from slewctl.loop.motion.continuous_motion import tracking_system
+from slewctl.loop.motion.decoupled import decoupled
 
 MOTOR = Motor(2.0, 0.05, 0.05, gear_ratio=20.0, gear_efficiency=0.9, motor_efficiency=0.8)
 VOLTAGE = Objective({"tip": 0.1, "voltage": 10.0}, TWO_SENSORS.noise)

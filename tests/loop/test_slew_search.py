@@ -14,9 +14,9 @@ from strategies import deterministic
 
 from slewctl.errors import AccuracyError
 from slewctl.loop import extremes
-from slewctl.loop.decoupled import decoupled
-from slewctl.loop.extremes import Part, Search, Sought
-from slewctl.loop.motion import Motion, driven
+from slewctl.loop.motion.decoupled import decoupled
+from slewctl.loop.motion.extremes import Part, Search, Sought
+from slewctl.loop.motion.modal_motion import Motion, driven
 
 
 class Free:

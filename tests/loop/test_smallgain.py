@@ -24,8 +24,8 @@ from slewctl import (
     lqg,
     truth,
 )
-from slewctl.frequency import FrequencyResponse
-from slewctl.loop.smallgain import LeftOut, residual_modes, small_gain
+from slewctl.loop.robust.small_gain import LeftOut, residual_modes, small_gain
+from slewctl.numerics.frequency_response import FrequencyResponse
 
 BEAM = Beam(1.0, (1.0, -0.4), (1.0, -0.4))
 

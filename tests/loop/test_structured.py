@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from random_multiloops import mu_of_two
 
-from slewctl.loop.structured import balanced_bound, lower_bound, upper_bound
+from slewctl.loop.robust.mu import balanced_bound, lower_bound, upper_bound
 
 
 def matrices(n: int, count: int) -> list[np.ndarray]:

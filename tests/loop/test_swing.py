@@ -26,8 +26,8 @@ from slewctl import (
     state_space,
     truth,
 )
-from slewctl.loop.gauss import gauss_nodes
-from slewctl.loop.swing import Swing, simulate_swing
+from slewctl.loop.motion.gauss_collocation import gauss_nodes
+from slewctl.loop.motion.large_slew import Swing, simulate_swing
 from slewctl.model.nonlinear import LargeDeflectionError, NonlinearModel, large_slew
 from slewctl.model.spin import SpinSofteningWarning
 

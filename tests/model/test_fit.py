@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 
 from slewctl import Arm, Beam, Hub, InputError, Payload, Stations, arms
 from slewctl.arm.variation import scaled
+from slewctl.measured.fit import fit
 from slewctl.model.adjustable import ADJUSTABLE
-from slewctl.model.fit import fit
 from slewctl.model.locked import frequencies
 
 START = Arm(

@@ -18,7 +18,7 @@ from slewctl.paper.conditioning import (
     ConditioningFinding,
     conditioning,
 )
-from slewctl.paper.conditioning_words import conditioning_words
+from slewctl.paper.conditioning_prose import conditioning_words
 from slewctl.paper.findings import DAMPING_RATIO
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from slewctl import GeneralisedPlant, h2_lmi, lqg, lqr
-from slewctl.linalg import solve_riccati
 from slewctl.loop import classical_margins
+from slewctl.numerics.matrix_equations import solve_riccati
 
 
 def test_quanser_rotary_flexible_link_lqr() -> None:

@@ -6,9 +6,9 @@ import control
 import numpy as np
 import pytest
 
-from slewctl.frequency import FrequencyResponse
 from slewctl.loop import Margins, peak_gain
-from slewctl.loop.public import margins
+from slewctl.loop.margin_functions import margins
+from slewctl.numerics.frequency_response import FrequencyResponse
 
 S = control.tf("s")
 HZ = 2 * np.pi

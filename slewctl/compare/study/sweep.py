@@ -1,0 +1,275 @@
+"""Many independent pieces of work over any executor, with results that survive.
+
+Every finished piece is one line of a file, written at once (see
+`slewctl.compare.study.results_file`).  An interruption or a killed worker loses no more than the
+pieces in flight, and a later run goes on from there.  Each piece runs with one BLAS thread
+and the same versions of every program wherever it runs, so that its numbers do not depend on
+the executor.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    wait,
+)
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from threadpoolctl import ThreadpoolController
+
+from slewctl.compare.study.processes import Processes
+from slewctl.compare.study.results_file import Notice, Row, results_file
+from slewctl.compare.study.versions import difference, versions
+from slewctl.errors import InputError, SlewctlError
+
+# Pieces handed out for each worker before the first comes back: enough that none waits.
+_IN_FLIGHT_PER_WORKER = 3
+# When nothing comes back for so many seconds, it is asked whether there still are workers.
+_PATIENCE = 60.0
+
+Progress = Callable[[int], None]
+Work = Callable[[Any], Sequence[Row]]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of work.
+
+    Parameters
+    ----------
+    key : str
+        Names it among all pieces of the sweep.
+    work : object
+        What the function is given; can be pickled.
+    size : int
+        How many cases it holds, for the progress.
+    """
+
+    key: str
+    work: Any
+    size: int = 1
+
+
+class WorkerDiedError(SlewctlError):
+    """A piece of work killed every worker that took it, or no worker is left."""
+
+
+def sweep(
+    function: Work,
+    pieces: Iterable[Piece],
+    results: Path,
+    *,
+    stamp: Mapping[str, Any],
+    executor: Executor | None = None,
+    workers: int | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+    notice: Notice | None = None,
+) -> None:
+    """Apply `function` to every piece and append what it returns to a file.
+
+    Parameters
+    ----------
+    function : callable
+        From the work of a piece to its rows, which JSON can hold.  Importable by name.
+    pieces : iterable of Piece
+        Taken one by one, so that millions of them need no memory.
+    results : Path
+        One line per piece, in the order in which they finish; read it with `rows`.
+    stamp : mapping
+        What the sweep is; a file can only be resumed by the same sweep, and the same versions
+        of slewctl and what it computes with.
+    executor : concurrent.futures.Executor, optional
+        An existing one, such as that of `slewctl.compare.study.dask_cluster`; by default processes.
+    workers : int, optional
+        How many work at once; by default as many as the executor has, or there are cores.
+    resume : bool
+        Go on with an existing file; its finished pieces are not done again.
+    progress : callable, optional
+        Called with the number of cases of each finished piece.
+    notice : callable, optional
+        Called with a sentence for every line of an existing file that is damaged, whose piece
+        is done again, or that tells of no piece of this sweep, which is taken out.
+
+    Raises
+    ------
+    InputError
+        If the file exists and `resume` was not asked for, belongs to another sweep, is
+        written to by another run or cannot be written, or a worker has other versions.
+    WorkerDiedError
+        If one piece alone kills its worker, when everything else has been done, or if an
+        executor has lost its workers.
+    """
+    report, tell = progress or (lambda _: None), notice or (lambda _: None)
+    with results_file(results, stamp, resume=resume, notice=tell) as file:
+        unclaimed = file.done
+
+        def keep(piece: Piece, found: Sequence[Row]) -> None:
+            file.add(piece.key, found)
+            report(piece.size)
+
+        def remaining() -> Iterator[Piece]:
+            for piece in pieces:
+                if piece.key in unclaimed:
+                    unclaimed.remove(piece.key)
+                    report(piece.size)
+                else:
+                    yield piece
+
+        if executor is not None:
+            _run_elsewhere(executor, function, remaining(), keep, workers)
+        else:
+            _run_in_processes(function, remaining(), keep, workers or os.cpu_count() or 1)
+        if unclaimed:
+            tell(f"{results}: {len(unclaimed)} pieces are none of this study's; taken out")
+            file.remove(unclaimed)
+
+
+def _limited(function: Work, work: Any, wanted: Mapping[str, str]) -> Sequence[Row]:
+    """Run one piece with one BLAS thread and the versions wanted, wherever it runs."""
+    if other := difference(versions(), wanted):
+        raise InputError(
+            f"a worker has {other}",
+            where="executor",
+            remedy="install the same versions there: digits depend on them",
+        )
+    with _threads().limit(limits=1):
+        return function(work)
+
+
+@cache
+def _threads() -> ThreadpoolController:
+    """Return the libraries with threads of this process; to look for them takes a while."""
+    return ThreadpoolController()
+
+
+def _run(
+    executor: Executor,
+    function: Work,
+    pieces: Iterator[Piece],
+    keep: Callable[[Piece, Sequence[Row]], None],
+    window: Callable[[], int],
+) -> None:
+    """Hand out the pieces, never more than a window of them at a time.
+
+    A window of none says that no worker is left; one piece is handed out all the same, since
+    a cluster may grow when there is work.
+    """
+    flying: dict[Future[Sequence[Row]], Piece] = {}
+    taken: Piece | None = None
+    try:
+        while True:
+            most = max(window(), 1)
+            while len(flying) < most and (taken := next(pieces, None)) is not None:
+                flying[executor.submit(_limited, function, taken.work, versions())] = taken
+            if not flying:
+                return
+            finished, _ = wait(flying, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+            if not finished and not window():
+                raise _lost("no worker is left")
+            for future in finished:
+                keep(flying[future], future.result())
+                del flying[future]
+    except BrokenExecutor as error:
+        # A pool may break between two submissions, and then refuses the piece just taken.
+        refused = [taken] if taken is not None and taken not in flying.values() else []
+        raise _PoolBrokeError((*flying.values(), *refused)) from error
+    except CancelledError as error:
+        raise _lost("the executor has dropped its work") from error
+    except BaseException:
+        for future in flying:
+            future.cancel()
+        raise
+
+
+def _lost(what: str) -> WorkerDiedError:
+    return WorkerDiedError(
+        what, where="executor", remedy="what was finished is kept; go on with --resume"
+    )
+
+
+class _PoolBrokeError(Exception):
+    """The executor broke with these pieces in flight."""
+
+    def __init__(self, pieces: Sequence[Piece]) -> None:
+        super().__init__(len(pieces))
+        self.pieces = pieces
+
+
+def _run_elsewhere(
+    executor: Executor,
+    function: Work,
+    pieces: Iterator[Piece],
+    keep: Callable[[Piece, Sequence[Row]], None],
+    workers: int | None,
+) -> None:
+    """Run on an executor that somebody else keeps."""
+    width = _width(executor, workers)
+    try:
+        _run(executor, function, pieces, keep, lambda: _IN_FLIGHT_PER_WORKER * width())
+    except _PoolBrokeError as error:
+        raise _lost("a worker was killed, and its pool is broken") from error
+
+
+def _width(executor: Executor, workers: int | None) -> Callable[[], int]:
+    """Return how to learn how many pieces an executor works at at once."""
+    client: Any = getattr(executor, "_client", None)
+    if workers or client is None:
+        most: int = workers or getattr(executor, "_max_workers", None) or os.cpu_count() or 1
+        return lambda: most
+
+    def threads() -> int:
+        """Ask Dask's scheduler, whose workers come and go; without it none is left."""
+        with suppress(OSError):
+            return sum(client.nthreads().values())
+        return 0
+
+    return threads
+
+
+def _run_in_processes(
+    function: Work,
+    pieces: Iterator[Piece],
+    keep: Callable[[Piece, Sequence[Row]], None],
+    workers: int,
+) -> None:
+    """Run over processes of our own; when one is killed, its pieces are tried again alone."""
+    suspects: deque[Piece] = deque()
+    fatal: list[str] = []
+    while True:
+        alone = bool(suspects)
+        try:
+            if alone:
+                with Processes(1) as pool:
+                    _run(pool, function, _drained(suspects), keep, lambda: 1)
+            else:
+                with Processes(workers) as pool:
+                    _run(pool, function, pieces, keep, lambda: _IN_FLIGHT_PER_WORKER * workers)
+                break
+        except _PoolBrokeError as error:
+            if alone:
+                fatal.append(error.pieces[0].key)
+            else:
+                suspects.extend(error.pieces)
+    if fatal:
+        raise WorkerDiedError(
+            f"{len(fatal)} piece(s) killed their worker, the first being {fatal[0]}",
+            where="sweep",
+            remedy="the other results are kept; look for want of memory",
+        )
+
+
+def _drained(pieces: deque[Piece]) -> Iterator[Piece]:
+    while pieces:
+        yield pieces.popleft()

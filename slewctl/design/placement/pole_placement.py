@@ -1,0 +1,331 @@
+"""Pole placement: output feedback with the poles of state feedback and observer chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.design.breakdown import guarded
+from slewctl.design.energy_coordinates import ScaledPlant, scaled
+from slewctl.design.observer import observer_feedback
+from slewctl.design.placement.assignment import (
+    MISPLACED,
+    Misplacement,
+    PoleSensitivity,
+    assign,
+    misplacement,
+    out_of_reach,
+    pole_sensitivity,
+)
+from slewctl.design.placement.pole_pairs import (
+    LonePole,
+    OpenLoop,
+    PolePair,
+    Roots,
+    flexible_modes,
+    mode_name,
+    open_loop,
+)
+from slewctl.design.placement.wishes import (
+    Wanted,
+    check_damped,
+    check_stable,
+    explicit,
+    followed,
+    left_alone,
+    matched,
+    wished,
+)
+from slewctl.design.result import Check, Controller, finished
+from slewctl.errors import AccuracyError, DesignError, InputError, check_positive
+from slewctl.plant import GeneralisedPlant
+
+Pole = complex | Sequence[float]
+
+
+@guarded
+def pole_placement(
+    plant: GeneralisedPlant,
+    *,
+    bandwidth_hz: float | None = None,
+    damping_ratio: float | None = None,
+    added_damping: float | Sequence[float] | Mapping[str, float] | None = None,
+    leave: Sequence[int] = (),
+    poles: Sequence[Pole] | None = None,
+    observer_speed: float | None = None,
+    observer_damping: float | None = None,
+    observer_poles: Sequence[Pole] | None = None,
+) -> Controller:
+    """Return an observer with state feedback whose poles are placed as wished.
+
+    Either by physical wishes, with `bandwidth_hz`, or one by one, with `poles`.  The state
+    feedback does not move a mode to which no damping is added.  The observer still damps
+    its estimate of such a mode: one that runs along undamped is out of step with the arm as
+    soon as the frequency of the model is off by more than the damping, and makes the loop
+    unstable although neither gain touches the mode.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+    bandwidth_hz : float
+        Undamped frequency of the rigid body's pair of poles; it has no default.
+    damping_ratio : float
+        Of the same pair; by default 0.7.
+    added_damping : float, list or table
+        Damping ratio added to every flexible mode at its own frequency, or to each as listed,
+        or to those named in a table such as ``{"1": 0.05}``; by default none.
+    leave : list of int
+        Flexible modes that keep their poles in the state feedback and in the observer,
+        numbered from 1; they need not be reached or seen.
+    poles : list, optional
+        Instead of the wishes: two poles in rad/s for each mode that is not left alone, and
+        one for a lag of the plant; complex ones as ``[re, im]`` together with their conjugates.
+    observer_speed : float
+        How many times as fast as the poles of the state feedback those of the observer decay,
+        by default 3; see `slewctl.design.placement.wishes.faster`.
+    observer_damping : float
+        Damping ratio of the observer for modes that the state feedback does not move, where
+        they have less by themselves, by default 0.1; 0 keeps their poles in the observer too.
+    observer_poles : list, optional
+        Instead of speed and damping: explicit poles of the observer, as `poles`.
+
+    Returns
+    -------
+    Controller
+        Verified when the recomputed poles are the wanted ones, each to within what its own
+        condition number makes of rounding.  The sensitivity of the placed poles is among its
+        assumptions.
+
+    Raises
+    ------
+    InputError
+        For a wish that is impossible, missing or contradicts another.
+    DesignError
+        If a mode that is to be moved is not reached by the actuator or not seen by the
+        sensors, or one that is left alone is undamped.
+    """
+    start = perf_counter()
+    energy = scaled(plant)
+    loop = open_loop(energy.A)
+    own = _own(energy, loop)
+    alone = left_alone(leave, flexible_modes(own))
+    if poles is None:
+        if bandwidth_hz is None:
+            raise InputError(
+                "missing",
+                where="bandwidth_hz",
+                remedy="give the frequency of the rigid body's poles in Hz, or give poles",
+            )
+        ratio = 0.7 if damping_ratio is None else damping_ratio
+        added = 0.0 if added_damping is None else added_damping
+        wanted = wished(own, bandwidth_hz, ratio, added, alone)
+    else:
+        _refuse_beside(
+            "poles",
+            bandwidth_hz=bandwidth_hz,
+            damping_ratio=damping_ratio,
+            added_damping=added_damping,
+        )
+        wanted = _explicitly(own, poles, "poles", alone)
+    check_damped(own, wanted)
+    if observer_poles is None:
+        speed = check_positive(3.0 if observer_speed is None else observer_speed, "observer_speed")
+        least = 0.1 if observer_damping is None else observer_damping
+        seen = followed(own, wanted, alone, speed, least)
+    else:
+        _refuse_beside(
+            "observer_poles", observer_speed=observer_speed, observer_damping=observer_damping
+        )
+        seen = _explicitly(own, observer_poles, "observer_poles", alone)
+        check_damped(own, seen)
+    control, observer = _state_feedback(plant, energy, loop, wanted), _observer(energy, loop, seen)
+    return finished(
+        plant,
+        observer_feedback(plant, control.gain, observer.gain, "pole_placement"),
+        "pole-placement",
+        {"state_feedback": control.gain, "observer": observer.gain},
+        checks=(control.check("state feedback"), observer.check("observer")),
+        assumptions=(
+            _poles_said("state feedback", own, wanted),
+            _poles_said("observer", own, seen),
+            control.described("state feedback", energy.rate),
+            observer.described("observer", energy.rate),
+        ),
+        seconds={"solve": perf_counter() - start},
+    )
+
+
+@guarded
+def place(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
+    """Return the state feedback gain K that gives A − B₂K the wanted poles.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+    poles : list
+        One for each state, in rad/s; complex numbers, or ``[re, im]``.  A mode whose own
+        poles are among them is not moved.  Poles may be repeated.
+
+    Returns
+    -------
+    ndarray, shape (1, n)
+        In the plant's coordinates; u = −K x.
+
+    Raises
+    ------
+    InputError
+        If the poles are not n, or a conjugate is missing.
+    DesignError
+        If the actuator does not reach a mode that is to be moved.
+    AccuracyError
+        If the poles cannot be placed to working precision.
+    """
+    energy = scaled(plant)
+    loop = open_loop(energy.A)
+    wanted = matched(_own(energy, loop), explicit(poles, "poles"), "poles")
+    return _state_feedback(plant, energy, loop, wanted).verified.gain
+
+
+@guarded
+def place_observer(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
+    """Return the observer gain K_f that gives A − K_f C₂ the wanted poles.
+
+    With several sensors the gain is the one, of those found, with the best conditioned
+    eigenvectors when every sensor is measured in units of its noise.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+    poles : list
+        As for `place`.
+
+    Returns
+    -------
+    ndarray, shape (n, sensors)
+        In the plant's coordinates; x̂' = A x̂ + B₂ u + K_f (y − C₂ x̂).
+
+    Raises
+    ------
+    InputError, DesignError, AccuracyError
+        As `place`, for the sensors.
+    """
+    energy = scaled(plant)
+    loop = open_loop(energy.A)
+    wanted = matched(_own(energy, loop), explicit(poles, "poles"), "poles")
+    return _observer(energy, loop, wanted).verified.gain
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """A gain in the plant's coordinates and what its poles came to."""
+
+    gain: Array
+    error: Misplacement
+    sensitivity: PoleSensitivity
+
+    @property
+    def verified(self) -> _Placed:
+        """The same, if its poles are where they should be."""
+        if not self.error.change <= MISPLACED:
+            raise AccuracyError(
+                f"recomputed poles differ by up to {self.error.distance:.1e} of their magnitude "
+                "from those wanted",
+                where="poles",
+                remedy="move fewer modes, or move them less far",
+            )
+        return self
+
+    def check(self, what: str) -> Check:
+        return Check(f"poles of the {what}, in changes of its matrix", self.error.change, MISPLACED)
+
+    def described(self, what: str, rate: float) -> str:
+        found = self.sensitivity
+        worst = int(np.argmax(found.condition))
+        hertz = abs(found.poles[worst]) * rate / (2 * np.pi)
+        return (
+            f"sensitivity of the {what}: eigenvectors of condition {found.eigenvectors:.3g} in "
+            f"energy coordinates; the most sensitive pole, at {hertz:.4g} Hz, has condition "
+            f"{found.condition[worst]:.3g}; recomputed poles differ by up to "
+            f"{self.error.distance:.1e} of their magnitude"
+        )
+
+
+def _state_feedback(
+    plant: GeneralisedPlant, energy: ScaledPlant, loop: OpenLoop, wanted: Wanted
+) -> _Placed:
+    hidden = out_of_reach(loop, energy.B2, sorted(wanted))
+    if hidden is not None:
+        what = f"not reached by the {plant.actuator}"
+        raise _cannot_move(energy, loop, hidden, what, "leave", "leave it alone")
+    gain = assign(loop, energy.B2, _scaled_down(wanted, energy.rate))
+    closed = energy.A - energy.B2 @ gain
+    return _placed(energy.state_feedback(gain), closed, loop, wanted, energy.rate)
+
+
+def _observer(energy: ScaledPlant, loop: OpenLoop, wanted: Wanted) -> _Placed:
+    dual, sensors = loop.dual, energy.C2.T
+    hidden = out_of_reach(dual, sensors, sorted(wanted))
+    if hidden is not None:
+        angle = "add a sensor of the angle itself, such as noise.theta"
+        remedy = "name it in leave, or add a sensor that sees it" if hidden else angle
+        raise _cannot_move(energy, loop, hidden, "not seen by any sensor", "noise", remedy)
+    gain = assign(dual, sensors, _scaled_down(wanted, energy.rate)).T
+    closed = energy.A - gain @ energy.C2
+    return _placed(energy.observer_gain(gain), closed, loop, wanted, energy.rate)
+
+
+def _placed(gain: Array, closed: Array, loop: OpenLoop, wanted: Wanted, rate: float) -> _Placed:
+    pairs = {**dict(enumerate(loop.pairs)), **_scaled_down(wanted, rate)}
+    roots = [pole for pair in pairs.values() for pole in pair.poles]
+    return _Placed(gain, misplacement(closed, roots), pole_sensitivity(closed))
+
+
+def _cannot_move(
+    energy: ScaledPlant, loop: OpenLoop, mode: int, what: str, where: str, remedy: str
+) -> DesignError:
+    name = mode_name(mode, loop.pairs[mode].times(energy.rate))
+    return DesignError(f"{name} is {what} and cannot be moved", where=where, remedy=remedy)
+
+
+def _explicitly(own: Sequence[Roots], given: object, where: str, alone: frozenset[int]) -> Wanted:
+    poles = explicit(given, where)
+    check_stable(poles, where)
+    return matched(own, poles, where, alone)
+
+
+def _refuse_beside(poles: str, **wishes: object) -> None:
+    """Refuse wishes that explicit poles would leave without a meaning."""
+    for name, value in wishes.items():
+        if value is not None:
+            raise InputError(
+                f"given beside {poles}",
+                where=name,
+                remedy=f"give either {name} or {poles}",
+            )
+
+
+def _own(energy: ScaledPlant, loop: OpenLoop) -> list[Roots]:
+    return [pair.times(energy.rate) for pair in loop.pairs]
+
+
+def _scaled_down(wanted: Wanted, rate: float) -> Wanted:
+    return {number: pair.times(1 / rate) for number, pair in wanted.items()}
+
+
+def _poles_said(what: str, own: Sequence[Roots], wanted: Wanted) -> str:
+    """Return what happens to each mode, in words."""
+    moved = [
+        f"{mode_name(n, own[n]).partition(' (')[0]} to {pair.frequency / (2 * np.pi):.4g} Hz with "
+        f"damping ratio {pair.ratio:.3g}"
+        for n, pair in sorted(wanted.items())
+    ]
+    kept = [n for n in range(len(own)) if n not in wanted]
+    modes = ", ".join(str(n) for n in kept if isinstance(own[n], PolePair))
+    alone = [f"mode {modes}"] if modes else []
+    alone += ["the real pole" for n in kept if isinstance(own[n], LonePole)]
+    unmoved = f"; not moved: {' and '.join(alone)}" if alone else ""
+    return f"poles of the {what}: " + "; ".join(moved) + unmoved

@@ -1,0 +1,147 @@
+"""LQG: the H2-optimal output feedback, from two Riccati equations."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import control
+import numpy as np
+
+from slewctl.design.achieved import closed_cost
+from slewctl.design.breakdown import guarded
+from slewctl.design.observer import observer_feedback, observer_reference
+from slewctl.design.result import Check, Controller, finished
+from slewctl.design.riccati.discrete_lqg import sampled_plant_lqg
+from slewctl.design.riccati.integral_action import integral_lqg
+from slewctl.design.riccati.lqr_kalman import check_finite_cost, kalman, lqr
+from slewctl.design.riccati.sampled_lqg import sampled_lqg
+from slewctl.errors import InputError, check_nonnegative, check_positive
+from slewctl.numerics.matrix_equations import RiccatiSolution
+from slewctl.plant import GeneralisedPlant, check_plant
+
+ASSUMPTIONS = (
+    "u = −K(x̂ − x_ref), x̂ from a stationary Kalman filter on the sensors, driven by u",
+    "w is white noise of unit density; what disturbs and what is measured may have it in common",
+)
+
+
+@guarded
+def lqg(
+    plant: GeneralisedPlant,
+    *,
+    integral_limit: float | None = None,
+    sample_time: float | None = None,
+    delay: float = 0.0,
+) -> Controller:
+    """Return the controller that minimises the H2 norm from w to z.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+        Made from the model that the designer has, never from the truth.  Continuous, with
+        D₁₁ = 0, or sampled; all other matrices as they come.  Of a sampled plant the
+        controller has the plant's clock and minimises the sampled H2 norm.
+    integral_limit : float, optional
+        Largest acceptable integral of the hub angle's error in rad·s (Bryson's rule).  Given,
+        the measured ``theta`` is integrated and fed back too, and a constant torque leaves no
+        steady error of the angle.  The sum of both costs is then minimised.
+    sample_time : float, optional
+        In s.  Given, the controller is a sampled one, designed for the plant behind a
+        zero-order hold and for the mean of zᵀz over all times, between the samples too.
+    delay : float
+        Computation time in s of a sampled controller, any fraction of the sample time up to
+        ten of them: the torque computed from the sample at t_k acts from t_k + delay to
+        t_{k+1} + delay.
+
+    Returns
+    -------
+    Controller
+        A Kalman filter on the plant's sensors with the state feedback u = −K x̂.  Its
+        certificate compares the optimal cost, as the two Riccati equations give it
+        (Zhou, Doyle and Glover, Robust and Optimal Control, theorem 14.7), with that of
+        the closed loop from a Lyapunov equation.
+
+    Raises
+    ------
+    DesignError
+        If a mode is not penalised, not seen or not reached (see `lqr`, `kalman`).
+    InputError
+        For an option that is out of range, or an integral without the sensor ``theta``.
+    AccuracyError
+        If a Riccati equation has no stabilising solution, as where the samples miss a mode.
+    """
+    check_plant(plant, "design", sampled=True)
+    if plant.sample_time:
+        _refuse_options(integral_limit=integral_limit, sample_time=sample_time, delay=delay)
+        return sampled_plant_lqg(plant)
+    if integral_limit is not None:
+        check_positive(integral_limit, "integral_limit")
+    if sample_time is not None:
+        return sampled_lqg(plant, sample_time, delay, integral_limit)
+    if check_nonnegative(delay, "delay") > 0:
+        raise InputError(
+            "a computational delay without a sample time",
+            where="delay",
+            remedy="give sample_time too, or leave the delay out",
+        )
+    if integral_limit is not None:
+        return integral_lqg(plant, integral_limit)
+    return _plain_lqg(plant)
+
+
+def _refuse_options(**given: float | None) -> None:
+    """Refuse options that have no meaning for a plant that is sampled already."""
+    for name, value in given.items():
+        if value:
+            raise InputError(
+                "the plant is sampled already, with a clock of its own",
+                where=name,
+                remedy="leave it out, or give the continuous plant",
+            )
+
+
+def _plain_lqg(plant: GeneralisedPlant) -> Controller:
+    check_finite_cost(plant)
+    start = perf_counter()
+    regulator, observer = lqr(plant), kalman(plant)
+    solved = perf_counter()
+    K, Kf = regulator.gain, observer.gain.T
+    system = observer_feedback(plant, K, Kf, "lqg")
+    reference = observer_reference(plant, K, Kf)
+    built = perf_counter()
+    return finished(
+        plant,
+        system,
+        "lqg",
+        {"state_feedback": K, "observer": Kf},
+        checks=_checks(plant, regulator, observer, system),
+        assumptions=ASSUMPTIONS,
+        seconds={"solve": solved - start, "build": built - solved},
+        reference=reference,
+    )
+
+
+def _checks(
+    plant: GeneralisedPlant,
+    regulator: RiccatiSolution,
+    observer: RiccatiSolution,
+    system: control.StateSpace,
+) -> tuple[Check, ...]:
+    expected = optimal_cost(plant, regulator, observer)
+    achieved = closed_cost(plant, system).value
+    return (
+        Check("Riccati residual, control", regulator.residual, 1e-10),
+        Check("Riccati residual, filter", observer.residual, 1e-10),
+        Check("cost, Lyapunov against Riccati", abs(achieved / expected - 1), 1e-9),
+    )
+
+
+def optimal_cost(
+    plant: GeneralisedPlant, regulator: RiccatiSolution, observer: RiccatiSolution
+) -> float:
+    """Return the optimal squared H2 norm tr B₁ᵀXB₁ + tr D₁₂K Y KᵀD₁₂ᵀ."""
+    estimation = plant.D12 @ regulator.gain
+    return float(
+        np.trace(plant.B1.T @ regulator.X @ plant.B1)
+        + np.trace(estimation @ observer.X @ estimation.T)
+    )

@@ -1,0 +1,253 @@
+"""Margins of what a user has: a loop of this toolbox, a return ratio, or its two parts."""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+
+from slewctl._types import ComplexArray
+from slewctl.design import Controller
+from slewctl.errors import InputError, check_nonnegative, check_number
+from slewctl.loop.closed import Loop, UnstableLoopError
+from slewctl.loop.parts import (
+    Pair,
+    Plant,
+    System,
+    feedback_sign,
+    negated,
+    paired,
+    state_space,
+)
+from slewctl.loop.realisation import product
+from slewctl.loop.single.classical_margins import Margins, check_single, classical_margins
+from slewctl.loop.single.hybrid_delay import (
+    HybridDelay,
+    delayed_loop,
+    fastest_that_matters,
+    smallest_delay,
+)
+from slewctl.loop.single.mode_names import modes_of_pair
+from slewctl.loop.single.return_ratio import BrokenLoop
+
+# A pole that neither input nor output of L reaches by more than this, relative, is hidden.
+_HIDDEN = 1e-9
+
+
+def margins(
+    plant: Loop | Plant,
+    controller: Controller | System | float | None = None,
+    *,
+    sign: int | None = None,
+    skew: float = 0.0,
+    delay: float = 0.0,
+) -> Margins:
+    """Return the exact margins of a single loop, continuous or sampled.
+
+    Stability comes first, of every state of plant and controller: a loop in which an
+    unstable pole is cancelled has no margins however well its return ratio looks.
+
+    Parameters
+    ----------
+    plant : Loop, GeneralisedPlant, control.StateSpace or control.TransferFunction
+        A closed `Loop`, or, without a controller, the return ratio L; else the plant, with
+        one input, at which the loop is broken, and as many outputs as the controller reads.
+    controller : Controller, control.StateSpace, control.TransferFunction or float, optional
+        Its signals are matched with the plant's by name where both have names of their own,
+        else by position.  With a sample time and a continuous plant, the plant is sampled
+        exactly with a zero-order hold.  The margins are then those at the hold, exact for the
+        hybrid loop as far as gain and phase there are concerned; for the delay of the
+        continuous signal see `hybrid_delay_margin`.
+    sign : {-1, 1}, optional
+        Of the feedback, u = sign·K y, as in `control.feedback`: −1 unless told otherwise.  A
+        slewctl `Controller` knows its own, +1, because its minus is inside; its bare
+        `system` needs ``sign=1``.
+    skew : float
+        σ of the disk margin (Seiler, Packard and Gahinet 2020); zero is balanced.
+    delay : float
+        In s, of a sampled controller around a continuous plant: from the sample to the input
+        computed from it.  A `Controller` brings its own, to which this is added.
+
+    Returns
+    -------
+    Margins
+
+    Raises
+    ------
+    UnstableLoopError
+        An unstable loop has no margin; the poles are named, hidden ones called so, and where
+        the opposite sign makes it stable the message says so.
+    InputError
+        For several inputs, unlike or unknown sample times, 1 + D = 0, an improper system,
+        signals that do not fit together, or an option that means nothing here.
+    """
+    check_number(skew, "skew")
+    late = check_nonnegative(delay, "delay")
+    if controller is None and late:
+        raise InputError(
+            "a delay belongs to a sampled controller of a continuous plant, and none is given",
+            where="delay",
+            remedy="give plant and controller, or put the delay into the loop",
+        )
+    if isinstance(plant, Loop):
+        if controller is not None:
+            raise _has_its_own("margins")
+        return _of_closed(plant, sign, skew)
+    if controller is None:
+        loop = state_space(plant, "plant")
+        check_single(loop)
+        loop, named = loop if feedback_sign(sign) < 0 else negated(loop), None
+    else:
+        pair = _single(paired(plant, controller, sign))
+        late += _own_delay(controller)
+        loop, named = _return_ratio(pair, late), modes_of_pair(pair, late)
+    require_stable(loop)
+    return classical_margins(loop, skew=skew, modes=named)
+
+
+def hybrid_delay_margin(
+    plant: Loop | Plant,
+    controller: Controller | System | float | None = None,
+    *,
+    sign: int | None = None,
+    delay: float = 0.0,
+) -> HybridDelay:
+    """Return the delay that a sampled controller's loop around a continuous plant stands.
+
+    The delay may be any fraction of a sample; it acts on the continuous signal into the
+    plant, and changes the sampled plant.  See `smallest_delay` for what is guaranteed.
+
+    Parameters
+    ----------
+    plant : Loop, GeneralisedPlant, control.StateSpace or control.TransferFunction
+        A closed `SampledLoop`, or a continuous plant with one input.
+    controller : Controller, control.StateSpace or control.TransferFunction, optional
+        Sampled; signals are matched as in `margins`.
+    sign : {-1, 1}, optional
+        As in `margins`.
+    delay : float
+        In s, that the loop has already.  A `Controller` brings its own, to which this is
+        added.
+
+    Raises
+    ------
+    UnstableLoopError
+        If the loop is unstable without additional delay.
+    InputError
+        If the plant is not continuous or the controller not sampled, or a closed loop is
+        given a second controller.
+    """
+    late = check_nonnegative(delay, "delay")
+    if isinstance(plant, Loop):
+        if controller is not None:
+            raise _has_its_own("hybrid_delay_margin")
+        controller, plant = plant.controller, plant.plant
+    if controller is None:
+        raise InputError(
+            "there is no controller",
+            where="hybrid_delay_margin",
+            remedy="give a SampledLoop, or a continuous plant and a sampled controller",
+        )
+    pair = _single(paired(plant, controller, sign))
+    if not pair.clocks[1] or pair.clocks[0]:
+        raise InputError(
+            "this wants a continuous plant and a sampled controller",
+            where="hybrid_delay_margin",
+            remedy="for one clock alone, margins(...).delay_s is exact",
+        )
+    with_delay = delayed_loop(pair.plant, pair.negative, late + _own_delay(controller))
+    nominal = with_delay(0.0)
+    require_stable(nominal)
+    fastest = fastest_that_matters(pair.plant, nominal)
+    return smallest_delay(with_delay, pair.clocks[1], fastest)
+
+
+def _has_its_own(where: str) -> InputError:
+    return InputError(
+        "a loop has its controller already", where=where, remedy="give the loop alone"
+    )
+
+
+def _of_closed(loop: Loop, sign: int | None, skew: float) -> Margins:
+    feedback_sign(sign, loop.controller)
+    loop.require_stable("margins")
+    if skew == 0:
+        return loop.margins
+    return classical_margins(loop.return_ratio, skew=skew, modes=loop.modes)
+
+
+def _return_ratio(pair: Pair, late: float) -> control.StateSpace:
+    """Return L = K·G, broken at the plant's input, with every state of both."""
+    plant, controller = pair.clocks
+    if controller and not plant:
+        return delayed_loop(pair.plant, pair.negative, late)(0.0)
+    if late:
+        raise InputError(
+            "only a sampled controller of a continuous plant has a delay of its own",
+            where="delay",
+            remedy="put the delay into the plant, or compare margins.delay_s with it",
+        )
+    return product(pair.negative, pair.on_one_clock().plant)
+
+
+def _single(pair: Pair) -> Pair:
+    """Return the pair; refuse a plant that is not broken at one input."""
+    if pair.plant.ninputs != 1:
+        raise InputError(
+            f"the plant has {pair.plant.ninputs} inputs",
+            where="margins",
+            remedy="break one loop at the plant's only input, or use multiloop_margins",
+        )
+    return pair
+
+
+def _own_delay(controller: object) -> float:
+    return controller.delay if isinstance(controller, Controller) else 0.0
+
+
+def require_stable(loop: control.StateSpace) -> None:
+    """Raise `UnstableLoopError` with the poles that are not stable, and which are hidden."""
+    check_single(loop)
+    broken = BrokenLoop(loop)
+    if 1 + broken.D == 0 or not broken.unstable(1.0)[1]:
+        return  # 1 + D = 0 is refused in its own words
+    poles = broken.poles
+    growth = broken.growth(poles)
+    bad = poles[(growth >= min(0.0, float(growth.max()))) & (poles.imag >= 0)]
+    hidden = [pole for pole in bad if _hidden(broken, pole)]
+    remedy = "change the design; the loop's poles say where it fails"
+    what = f"the closed loop is not stable: {_listed(broken, bad)}"
+    if hidden:
+        what += (
+            f"; {_listed(broken, np.array(hidden))} is hidden: plant and controller cancel it, "
+            "so that it does not show in L and no feedback moves it"
+        )
+        remedy = "do not cancel poles that are not stable"
+    elif broken.stable_if_reversed:
+        what += "; with the opposite sign of the feedback it is stable"
+        remedy = "look at `sign`: it is -1, negative feedback, unless told otherwise"
+    raise UnstableLoopError(what, where="margins", remedy=remedy)
+
+
+def _hidden(loop: BrokenLoop, pole: complex) -> bool:
+    """Whether input or output of L does not reach a pole (Popov–Belevitch–Hautus)."""
+    size = max(float(np.linalg.norm(loop.A, 2)), float(np.finfo(float).tiny))
+    shifted = (loop.A - pole * np.eye(len(loop.A))) / size
+    b = loop.B / (np.linalg.norm(loop.B) or 1.0)
+    c = loop.C / (np.linalg.norm(loop.C) or 1.0)
+    reach = [
+        np.linalg.svd(np.hstack([shifted, b]), compute_uv=False)[-1],
+        np.linalg.svd(np.vstack([shifted, c]), compute_uv=False)[-1],
+    ]
+    return bool(min(reach) < _HIDDEN)
+
+
+def _listed(loop: BrokenLoop, poles: ComplexArray) -> str:
+    """Return at most three poles in words: s in rad/s, or z."""
+    letter, shift, unit = ("z", 1.0, "") if loop.step else ("s", 0.0, " rad/s")
+    ordered = poles[np.argsort(-loop.growth(poles))]
+    names = []
+    for pole in ordered[:3] + shift:
+        turning = f" ± {pole.imag:.4g}j" if pole.imag else ""
+        names.append(f"{letter} = {pole.real:.4g}{turning}{unit}")
+    more = f" and {len(poles) - 3} more" if len(poles) > 3 else ""
+    return ("pole " if len(poles) == 1 else "poles ") + ", ".join(names) + more

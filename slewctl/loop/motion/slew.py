@@ -1,0 +1,190 @@
+"""A slew: the response of a closed loop to a smooth turn of the reference angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError
+
+from slewctl._show import Axes, DataFrame, axes_or_new, to_frame
+from slewctl._types import Array
+from slewctl.errors import AccuracyError, check_count
+from slewctl.loop.closed import Loop
+from slewctl.loop.motion.continuous_motion import ContinuousMotion
+from slewctl.loop.motion.extremes import Search, SlewMotion, Sought
+from slewctl.loop.motion.sampled_motion import SampledMotion
+from slewctl.loop.motion.slew_inputs import DEFLECTION, HUB_TORQUE, THETA, TIP, VOLTAGE, Slew
+from slewctl.loop.sampled import SampledLoop
+from slewctl.plant.signals import TORQUE
+
+# The tip has settled within this part of its travel.
+_BAND = 0.02
+# Parts of the travel that are rounding, and none of the tip's error.
+_ROUNDING = 1e-12
+# Less than this part of a limit beyond it is on it: the band's edge belongs to the band.
+_EDGE = 1e-9
+
+
+@dataclass(frozen=True)
+class SlewSummary:
+    """A slew in a few numbers, each of all times from its beginning on.
+
+    They are found between bounds and not read from samples: none is missed, and they do not
+    depend on the time or the number of points drawn.
+
+    Attributes
+    ----------
+    settling_time_s : float
+        When the tip comes within 2 % of its travel for good; infinite if it never does.
+    residual_m : float
+        Largest tip error after the reference has come to rest.
+    peak_torque : float
+        Largest |torque| on the hub in N·m.
+    peak_voltage : float or None
+        Largest |voltage| in V; None for an arm without a motor.
+    saturates : bool
+        Whether a peak exceeds the motor's torque or voltage limit: the slew as simulated,
+        which knows no limits, is then not what the arm would do.
+    overshoot : float
+        How far the tip goes beyond its travel at most, as a fraction of it; 0 if it does not.
+    """
+
+    settling_time_s: float
+    residual_m: float
+    peak_torque: float
+    peak_voltage: float | None = None
+    saturates: bool = False
+    overshoot: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class SlewResponse:
+    """What the arm does during a slew.
+
+    Attributes
+    ----------
+    t : ndarray
+        Times in s.
+    theta, tip, tip_deflection, torque : ndarray
+        rad, m, m and N·m; the torque is that on the hub.
+    actuator : ndarray
+        What the controller commands: the torque, or the motor's voltage in V.
+    tip_reference : ndarray
+        (r + L) θ_ref in m.
+    summary : SlewSummary
+    """
+
+    t: Array
+    theta: Array
+    tip: Array
+    tip_deflection: Array
+    torque: Array
+    actuator: Array
+    tip_reference: Array
+    summary: SlewSummary
+
+    def to_frame(self) -> DataFrame:
+        """Return the curves as a pandas data frame, one time a row."""
+        names = ("t", "theta", "tip", "tip_deflection", "torque", "tip_reference")
+        columns = [getattr(self, name).tolist() for name in names]
+        return to_frame([dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the tip and where it should be.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            By default those of a new figure.
+        """
+        ax = axes_or_new(ax)
+        ax.plot(self.t, self.tip_reference, lw=4, alpha=0.4, label="wanted")
+        ax.plot(self.t, self.tip, label="tip")
+        ax.set_xlabel("time (s)")
+        ax.set_ylabel("tip (m)")
+        ax.legend()
+        return ax
+
+
+def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
+    """Return the response of a stable loop to `slew`.
+
+    The controller is given y − y_ref, where y_ref is what each sensor would read on a rigid
+    arm; the torque J θ̈_ref + c θ̇_ref that would turn the rigid arm is added, or the voltage
+    that makes the motor give it.  c is the drag on the rigid rotation: the friction at the
+    hub and the mass-proportional damping.
+
+    A sampled controller is given y − y_ref of each sampling instant.  The torque added to
+    what it computes at t_k is the mean of the same expression over the time that it is held,
+    from t_k + delay to t_{k+1} + delay.
+
+    Parameters
+    ----------
+    loop : Loop
+    slew : Slew
+    points : int
+        Number of times of the curves, at least 3; the response is exact at each of them.
+        Of a sampled loop they are about so many of the samples and times between them.
+        The summary is of all times, however few are drawn.
+
+    Raises
+    ------
+    UnstableLoopError
+        If the loop is unstable.
+    InputError
+        For less than three points.
+    AccuracyError
+        If the extremes are not found with a reasonable amount of work, or the numbers leave
+        the range, or the digits, of floating point.
+    """
+    loop.require_stable("a slew response")
+    check_count(points, "points", 3)
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            return _response(loop, slew, points)
+    except (ArithmeticError, LinAlgError) as error:
+        raise AccuracyError(
+            f"the response to a slew of {slew.angle_deg:g} degrees in {slew.duration_s:g} s "
+            "leaves the range of the numbers",
+            where="slew",
+            remedy="give the duration in seconds, and every part of the arm in SI units",
+        ) from error
+
+
+def _response(loop: Loop, slew: Slew, points: int) -> SlewResponse:
+    moved: SlewMotion = (
+        SampledMotion(loop, slew) if isinstance(loop, SampledLoop) else ContinuousMotion(loop, slew)
+    )
+    t, found = moved.curves(slew.end, points)
+    commanded = HUB_TORQUE if loop.objective.actuator == TORQUE else VOLTAGE
+    reach = loop.model.arm.hub.radius + loop.model.arm.beam.length
+    return SlewResponse(
+        t,
+        found[THETA],
+        found[TIP],
+        found[DEFLECTION],
+        found[HUB_TORQUE],
+        found[commanded],
+        reach * slew.reference(t)[0],
+        _summary(loop, slew, moved, reach * float(np.radians(slew.angle_deg))),
+    )
+
+
+def _summary(loop: Loop, slew: Slew, moved: SlewMotion, travel: float) -> SlewSummary:
+    search, size = Search(), abs(travel)
+    motor = loop.model.arm.motor
+    # The tip's error late, beyond its travel, and always; then torque and voltage.
+    signals = [TIP, TIP, HUB_TORQUE, VOLTAGE][: 3 if motor is None else 4]
+    of_tip = np.array([float(signal == TIP) for signal in signals])
+    sense, since = np.zeros(len(signals)), np.zeros(len(signals))
+    since[0], sense[1] = slew.duration_s, np.sign(travel)
+    floor = _ROUNDING * size * of_tip
+    sought = Sought(np.array(signals), travel * of_tip, sense, since, floor)
+    residual, beyond, torque, *voltage = search.highest(moved, sought).tolist()
+    error = Sought(np.array([TIP]), np.array([travel]), np.zeros(1), np.zeros(1), floor[:1])
+    settled = search.last_outside(moved, error, _BAND * size * (1 + _EDGE))
+    overshoot = beyond / size if beyond > _EDGE * size else 0.0
+    saturates = motor is not None and motor.saturates(torque, *voltage)
+    peaks = (torque, voltage[0] if voltage else None)
+    return SlewSummary(settled, residual, *peaks, saturates, overshoot)

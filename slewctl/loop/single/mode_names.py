@@ -1,0 +1,177 @@
+"""Names of the modes that limit a margin: those with the largest share in L there.
+
+L is the sum of what each mode of the plant contributes, and of the rest: the rigid body, lags
+and feedthrough.  At a frequency the largest of these is what L is made of, wherever the mode
+itself lies: a sampled loop shows one above half the sampling frequency at a lower one, and
+modes that contribute nothing are near every frequency if only the arm has enough of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import control
+import numpy as np
+from scipy.linalg import eig
+from scipy.optimize import linear_sum_assignment
+
+from slewctl._types import Array, ComplexArray
+from slewctl.loop.parts import Pair
+from slewctl.numerics.balance import balance
+from slewctl.numerics.frequency_response import FrequencyResponse, sample_time
+
+# A pole that is damped less than this rings, and is called a mode.
+_RINGS = 0.3
+
+
+def mode_name(number: int, hertz: float, step: float = 0.0) -> str:
+    """Return the name of a mode, and with a sample time in s where the samples show it."""
+    seen = abs(hertz - round(hertz * step) / step) if step else hertz
+    alias = f", seen at {seen:.4g} Hz" if abs(seen - hertz) > 1e-9 * hertz else ""
+    return f"mode {number} ({hertz:.4g} Hz{alias})"
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """The modes of a plant, by which the frequencies of its loop are named.
+
+    Attributes
+    ----------
+    names : tuple of str
+    rest : str
+        What everything else is called: the rigid body, or nothing.
+    parts : callable
+        From ω in rad/s to what each mode contributes to L, shape (modes, outputs, inputs).
+    """
+
+    names: tuple[str, ...]
+    rest: str
+    parts: Callable[[float], ComplexArray]
+
+    def largest(self, hertz: float, value: ComplexArray | complex) -> str:
+        """Return the name of what has the largest share in L at a frequency.
+
+        Parameters
+        ----------
+        hertz : float
+        value : complex or ndarray
+            L there.
+        """
+        with np.errstate(all="ignore"):  # a pole on the axis: its part is infinite
+            parts = self.parts(2 * np.pi * hertz)
+            rest = np.reshape(value, parts.shape[1:]) - parts.sum(axis=0)
+            shares = np.linalg.norm(np.concatenate([rest[None], parts]), axis=(1, 2))
+        return (self.rest, *self.names)[int(np.argmax(np.nan_to_num(shares, nan=0.0)))]
+
+
+def modes_of_loop(loop: control.StateSpace) -> Modes:
+    """Return the modes of a return ratio: its lightly damped poles."""
+    ringing, step = _ringing(loop), sample_time(loop)
+    names = tuple(mode_name(k + 1, hertz) for k, hertz in enumerate(ringing.hertz))
+
+    def parts(omega: float) -> ComplexArray:
+        point = np.exp(1j * omega * step) if step else 1j * omega
+        return ringing.sum_of_pairs(lambda pole: 1 / (point - pole))
+
+    return Modes(names, "rigid body" if ringing.rigid else "", parts)
+
+
+def modes_of_pair(
+    pair: Pair, delay: float = 0.0, hertz: Sequence[float] | Array | None = None
+) -> Modes:
+    """Return the modes of a plant in the loop that is broken at its input.
+
+    Parameters
+    ----------
+    pair : Pair
+        Of one clock, or a continuous plant and a sampled controller.
+    delay : float
+        In s, of a sampled controller.
+    hertz : sequence of float, optional
+        Natural frequencies of the plant's modes in Hz, increasing, where it is an arm with a
+        rigid body; otherwise its lightly damped poles are counted.
+    """
+    ringing = _ringing(pair.plant)
+    own, step = pair.clocks
+    if hertz is None:
+        known = list(enumerate(ringing.hertz, 1))
+    else:
+        apart = np.abs(np.log(np.array(ringing.hertz)[:, None] / np.asarray(hertz)))
+        kept, numbers = linear_sum_assignment(apart)
+        ringing = ringing.only(kept.tolist())
+        known = [(k + 1, float(hertz[k])) for k in numbers.tolist()]
+    names = tuple(mode_name(number, f, step) for number, f in known)
+    response = FrequencyResponse(pair.negative)
+
+    def factor(omega: float) -> Callable[[ComplexArray], ComplexArray]:
+        if step and not own:
+            return _held(omega, step, delay)
+        point = np.exp(1j * omega * step) if step else 1j * omega
+        return lambda pole: 1 / (point - pole)
+
+    def parts(omega: float) -> ComplexArray:
+        K = response(np.array([omega])).reshape(pair.controller.noutputs, -1)
+        return np.asarray(K @ ringing.sum_of_pairs(factor(omega)))
+
+    rigid = hertz is not None or ringing.rigid
+    return Modes(names, "rigid body" if rigid else "", parts)
+
+
+def _held(omega: float, step: float, delay: float) -> Callable[[ComplexArray], ComplexArray]:
+    """Return what 1/(s − p) becomes behind a hold and a delay, as sampled at e^(jωT)."""
+    z = np.exp(1j * omega * step)
+    whole, late = divmod(delay, step)
+
+    def sampled(pole: ComplexArray) -> ComplexArray:
+        fresh, all_of_it = np.expm1(pole * (step - late)), np.expm1(pole * step)
+        held = (fresh + (all_of_it - fresh) / z) / pole
+        return np.asarray(held * z**-whole / (z - np.exp(pole * step)))
+
+    return sampled
+
+
+@dataclass(frozen=True, eq=False)
+class _Ringing:
+    """Lightly damped poles, one of each pair, in s or z, their natural frequencies and residues."""
+
+    poles: ComplexArray
+    residues: ComplexArray
+    hertz: tuple[float, ...]
+    rigid: bool
+
+    def only(self, kept: list[int]) -> _Ringing:
+        hertz = tuple(self.hertz[k] for k in kept)
+        return _Ringing(self.poles[kept], self.residues[kept], hertz, self.rigid)
+
+    def sum_of_pairs(self, factor: Callable[[ComplexArray], ComplexArray]) -> ComplexArray:
+        """Return residue times factor of each pole and its conjugate, (modes, outputs, inputs)."""
+        one, other = (factor(p)[:, None, None] for p in (self.poles, self.poles.conj()))
+        # A negative z has no partner: it rings at half the sampling frequency.
+        paired = (self.poles.imag != 0)[:, None, None]
+        return np.asarray(self.residues * one + paired * self.residues.conj() * other)
+
+
+def _ringing(system: control.StateSpace) -> _Ringing:
+    step = sample_time(system)
+    scale = balance(np.asarray(system.A)) if system.nstates else np.ones(0)
+    A = np.asarray(system.A, dtype=float) / scale[:, None] * scale
+    values: ComplexArray = np.zeros(0, dtype=complex)
+    left = right = np.zeros((0, 0), dtype=complex)
+    if len(A):
+        values, left, right = eig(A, left=True)  # type: ignore[misc]
+    s: ComplexArray = values
+    if step:
+        delays = np.abs(values) < 1e-12  # z = 0
+        s = np.asarray(np.log(np.where(delays, 1e-12, values)) / step, dtype=complex)
+    size = np.abs(s)
+    # A double pole at the origin is computed to the square root of rounding.
+    origin = size <= 1e-6 * size.max(initial=0.0)
+    rings = np.flatnonzero(~origin & (s.imag > 0) & (np.abs(s.real) < _RINGS * size))
+    rings = rings[np.argsort(size[rings])]
+    # Left vectors, and no inverse: a double pole at the origin has but one eigenvector.
+    v, w = right[:, rings], left[:, rings].conj()
+    entry = w.T @ (system.B / scale[:, None]) / np.sum(w * v, axis=0)[:, None]
+    residues = ((system.C * scale) @ v).T[:, :, None] * entry[:, None, :]
+    hertz = tuple(float(f) for f in size[rings] / (2 * np.pi))
+    return _Ringing(values[rings], residues, hertz, bool(origin.any()))

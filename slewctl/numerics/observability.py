@@ -1,0 +1,99 @@
+"""Modes that outputs do not see, told whatever the units and the time scales are."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+from scipy.linalg import eig
+
+from slewctl._types import Array, ComplexArray
+from slewctl.numerics.balance import balance
+
+# What a mode must add to the rank of its test matrix, whose rows and columns are of size one.
+_SEEN = 1e-11
+# Rounds of scaling, after which rows and columns are of size one to a few per cent.
+_EQUILIBRATIONS = 12
+# A pole this near to the axis, or to the unit circle, over its size lies on it.
+_ON_THE_EDGE = 1e-9
+
+
+def pole_rounding(A: Array) -> tuple[ComplexArray, Array]:
+    """Return the eigenvalues of A, and how far rounding may have moved each.
+
+    To first order, and entry by entry: |y|ᵀ|A||x| / |yᴴx| with the eigenvectors of the
+    balanced matrix.  A slow pole beside a fast one keeps its own accuracy.
+    """
+    scale = balance(A)
+    balanced = A / scale[:, None] * scale
+    found = cast("tuple[ComplexArray, ...]", eig(balanced, left=True, right=True))
+    values, left, right = found
+    # A double pole moves by the root of what rounds it.
+    apart = np.maximum(np.abs(np.sum(left.conj() * right, axis=0)), np.finfo(float).eps ** 0.5)
+    moved = np.sum(np.abs(left) * (np.abs(balanced) @ np.abs(right)), axis=0) / apart
+    return values.astype(complex), 4 * len(A) * np.finfo(float).eps * moved
+
+
+def unobservable_modes(
+    A: Array, C: Array, *, sampled: bool = False, only_on_the_edge: bool = False
+) -> ComplexArray:
+    """Return the eigenvalues of A, not stable, that C does not see (Popov–Belevitch–Hautus).
+
+    Rows and columns of the test matrix [A − λ; C] are brought to size one first, which
+    changes no rank: neither the units of states, nor those of outputs, nor time scales
+    far apart decide.
+
+    Parameters
+    ----------
+    A, C : ndarray, shapes (n, n), (p, n)
+    sampled : bool
+        Stable is then within the unit circle.
+    only_on_the_edge : bool
+        Leave out what is unstable by more than rounding: only a mode on the edge of
+        stability leaves a Riccati equation without a stabilising solution.
+
+    Returns
+    -------
+    ndarray of complex
+        With non-negative imaginary part.  Empty when (A, C) is detectable.
+    """
+    scale = balance(A)
+    As, Cs = A / scale[:, None] * scale, C * scale
+    values, rounding = pole_rounding(A)
+    rest = 1.0 if sampled else 0.0  # the pole of what stays where it is
+    growth = np.abs(values) - 1 if sampled else values.real
+    edge = np.maximum(_ON_THE_EDGE * np.abs(values - rest), rounding)
+    suspect = (growth >= -edge) & (values.imag >= 0)
+    if only_on_the_edge:
+        suspect &= growth <= edge
+    hidden = []
+    for value, error in zip(values[suspect], edge[suspect], strict=True):
+        # Of two poles at rest rounding makes a pair beside them.
+        exact = [rest] if abs(value - rest) <= 10 * error else []
+        for candidate in (*exact, value):
+            if not _sees(As, Cs, candidate, error):
+                hidden.append(candidate)
+                break
+    return np.array(hidden, dtype=complex)
+
+
+def _sees(A: Array, C: Array, value: complex, error: float) -> bool:
+    """Return whether [A − λ; C] has full column rank; λ is known to `error`."""
+    shifted = A - value * np.eye(len(A))
+    # What is left of a diagonal entry by cancellation is no entry.
+    diagonal = np.diag(shifted)
+    np.fill_diagonal(shifted, np.where(np.abs(diagonal) <= error, 0.0, diagonal))
+    # Nor is an entry of C that rounding alone may have made.
+    noise = len(A) * np.finfo(float).eps * np.abs(C).max(axis=1, keepdims=True, initial=0.0)
+    matrix = np.vstack([shifted, np.where(np.abs(C) <= noise, 0.0, C)])
+    # Rows first: their units are free, while a column holds equations and outputs alike.
+    matrix = matrix / _size(matrix, axis=1)
+    for _ in range(_EQUILIBRATIONS):
+        for axis in (0, 1):
+            matrix = matrix / np.sqrt(_size(matrix, axis))
+    return bool(np.linalg.svd(matrix, compute_uv=False)[-1] >= _SEEN)
+
+
+def _size(matrix: Array | ComplexArray, axis: int) -> Array:
+    size = np.abs(matrix).max(axis=axis, keepdims=True)
+    return np.where(size > 0, size, 1.0)
