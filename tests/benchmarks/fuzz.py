@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from guarded_run import LIMITS_S, guarded_run
 from mutated_files import QUICK, STUDY, mutated, small_designs, toml
 
-from slewctl.compare import advice
+from slewctl.compare.study import recommend
 from slewctl.errors import SlewctlError
 from slewctl.files import read_design
 
@@ -88,7 +88,7 @@ def main() -> None:
     times = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
     seed = int(sys.argv[2]) if len(sys.argv) > 2 else 1
     kept = Path(tempfile.mkdtemp(prefix="slewctl-fuzz-"))
-    with patch.object(advice, "ORDERS", (1, 2)), patch.object(advice, "BANDWIDTHS", (0.3,)):
+    with patch.object(recommend, "ORDERS", (1, 2)), patch.object(recommend, "BANDWIDTHS", (0.3,)):
         for command in sys.argv[3:] or FILES:
             fuzz(command, round(times * FILES[command]), seed, kept)
     print(f"one file of each kind is in {kept}")

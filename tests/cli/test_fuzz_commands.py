@@ -17,7 +17,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from mutated_files import QUICK, STUDY, mutated, small_designs, toml
 
-from slewctl.compare import advice, judgement
+from slewctl.compare import judgement
+from slewctl.compare.study import recommend
 
 DESIGNS = small_designs()
 
@@ -92,7 +93,7 @@ def test_compare_bears_any_file(text: str) -> None:
 @given(quick)
 @fuzz(20)
 def test_recommend_bears_any_file(text: str) -> None:
-    with patch.object(advice, "ORDERS", (1, 2)), patch.object(advice, "BANDWIDTHS", (0.3,)):
+    with patch.object(recommend, "ORDERS", (1, 2)), patch.object(recommend, "BANDWIDTHS", (0.3,)):
         stands("recommend", text)
 
 

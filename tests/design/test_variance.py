@@ -20,7 +20,7 @@ from slewctl import (
     generalised_plant,
     lqg,
 )
-from slewctl.design import regulator_lmi
+from slewctl.design.lmi import state_feedback
 from slewctl.design.lmi.blocks import Block, definiteness
 from slewctl.design.lmi.variance_bound import variance_bound
 from slewctl.numerics.matrix_equations import h2_cost
@@ -85,12 +85,12 @@ def test_a_bound_that_the_optimum_keeps_leaves_it() -> None:
 
 
 def test_what_a_poor_solver_returns_is_marked(monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = regulator_lmi.run
+    honest = state_feedback.run
 
     def poor(cost: object, blocks: object, tolerance: float, margin: float) -> object:
         return honest(cost, blocks, 3e-2, margin)
 
-    monkeypatch.setattr(regulator_lmi, "run", poor)
+    monkeypatch.setattr(state_feedback, "run", poor)
     problem = plant(2)
     bound = 0.5 * deviation(problem, lqg(problem).system, "torque")
     controller = variance_bound(problem, std_max={"torque": bound})

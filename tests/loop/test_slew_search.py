@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from strategies import deterministic
 
 from slewctl.errors import AccuracyError
-from slewctl.loop import extremes
+from slewctl.loop.motion import extremes
 from slewctl.loop.motion.decoupled import decoupled
 from slewctl.loop.motion.extremes import Part, Search, Sought
 from slewctl.loop.motion.modal_motion import Motion, driven
