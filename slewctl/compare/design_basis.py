@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-import control
 import numpy as np
 
 from slewctl._types import Array
@@ -20,6 +19,7 @@ from slewctl.basis import NAMES, create
 from slewctl.design import METHODS, Controller
 from slewctl.errors import InputError, check_choice, check_count
 from slewctl.model import Model, Truth, assemble
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import (
     GeneralisedPlant,
     Objective,
@@ -69,16 +69,16 @@ class DesignModel:
         if self.model is not None:
             return self.model.omega
         # A reduction keeps the rigid body apart, in its first states; one pole of each pair.
-        rigid = sum(name.startswith("rigid") for name in self.plant.system.state_labels)
+        rigid = sum(name.startswith("rigid") for name in self.plant.linear.state_labels)
         return np.sort(np.abs(np.linalg.eigvals(self.plant.A[rigid:, rigid:])))[::2]
 
     @property
-    def control_path(self) -> control.StateSpace:
+    def path(self) -> LinearSystem:
         """From the actuator to the sensors, with the static correction of a reduction."""
-        path = self.plant.control_path
+        path = self.plant.path
         if self.reduced is None or not self.reduced.feedthrough.size:
             return path
-        return control.StateSpace(
+        return LinearSystem(
             path.A, path.B, path.C, np.asarray(path.D) + self.reduced.feedthrough,
             inputs=path.input_labels, outputs=path.output_labels,
         )  # fmt: skip
@@ -88,7 +88,7 @@ class DesignModel:
         made = METHODS[method](self.plant, **options)
         if self.reduced is None:
             return made
-        return replace(made, system=self.reduced.corrected(made.system))
+        return replace(made, system=self.reduced.corrected(made.linear))
 
 
 def design_model(truth: Truth, objective: Objective, source: str, n: int) -> DesignModel:

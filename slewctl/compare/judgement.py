@@ -164,7 +164,7 @@ class Judgement:
     @cached_property
     def complementary_peak(self) -> Peak:
         """‖T‖∞ and where it is reached."""
-        return complementary_sensitivity_peak(self.loop.return_ratio)
+        return complementary_sensitivity_peak(self.loop.opened)
 
     @cached_property
     def noise(self) -> NoiseLevels:

@@ -224,7 +224,7 @@ def _complementary(judgement: Judgement) -> Reading:
 
 
 def _bandwidth(judgement: Judgement) -> Reading:
-    hertz = bandwidth(judgement.loop.return_ratio) / (2 * math.pi)
+    hertz = bandwidth(judgement.loop.opened) / (2 * math.pi)
     if hertz == 0:
         return Reading(hertz, note="|S| is above 1/√2 from the lowest frequency on")
     return Reading(hertz)

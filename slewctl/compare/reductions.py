@@ -53,7 +53,7 @@ class ReductionRow:
         return {
             "name": self.name,
             "after": self.after,
-            "states": int(design.plant.system.nstates) if design else None,
+            "states": int(design.plant.linear.nstates) if design else None,
             "bound": design.reduced.bound if design and design.reduced else None,
             "verified": self.evaluation is not None and self.evaluation.verified,
             "stable": self.stable,

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 
-import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import H2Cost, discrete_h2_cost, h2_cost
 from slewctl.numerics.observability import pole_rounding
-from slewctl.plant import GeneralisedPlant, continuous_equivalent, ill_posed, sampled_plant
+from slewctl.plant import GeneralisedPlant, continuous_equivalent, sampled_plant
 
 
-def closed_cost(plant: GeneralisedPlant, system: control.StateSpace) -> H2Cost:
+def closed_cost(plant: GeneralisedPlant, system: LinearSystem) -> H2Cost:
     """Return the squared H2 norm of a controller around its plant, recomputed.
 
     Infinite where the loop is unstable, or white noise passes straight to an output of a
@@ -26,21 +26,21 @@ def closed_cost(plant: GeneralisedPlant, system: control.StateSpace) -> H2Cost:
     Parameters
     ----------
     plant : GeneralisedPlant
-    system : control.StateSpace
+    system : LinearSystem
         On the plant's clock, from the sensors to the actuator, connected with a plus sign.
     """
     return _of_loop(*_loop(plant, system), plant.sample_time)[2]
 
 
 def achieved(
-    plant: GeneralisedPlant, system: control.StateSpace, delay: float
+    plant: GeneralisedPlant, system: LinearSystem, delay: float
 ) -> tuple[ComplexArray, float, H2Cost]:
     """Return closed-loop poles in rad/s, how far one may be from stable, and the H2 cost.
 
     Parameters
     ----------
     plant : GeneralisedPlant
-    system : control.StateSpace
+    system : LinearSystem
         Of a continuous plant's sampled controller the loop is the hybrid one.
     delay : float
         Of a sampled controller, in s.
@@ -58,23 +58,10 @@ def achieved(
     return _of_loop(*_loop(plant, system), plant.sample_time)
 
 
-def _loop(plant: GeneralisedPlant, system: control.StateSpace) -> tuple[Array, Array, Array, Array]:
+def _loop(plant: GeneralisedPlant, system: LinearSystem) -> tuple[Array, Array, Array, Array]:
     """Return A, B, C and D of the loop from w to z."""
-    plant.check_controller(system, plant.sample_time or None)
-    P, sensors = plant.system, len(plant.sensors)
-    # The actuator in the unit of the controller's own feedthrough: python-control judges by a
-    # matrix rank whether the loop is well posed.
-    unit = float(np.linalg.norm(system.D)) or 1.0
-    B, D = np.array(P.B), np.array(P.D)
-    B[:, -1] *= unit
-    D[:, -1] *= unit
-    upper = control.StateSpace(P.A, B, P.C, D, P.dt)
-    lower = control.StateSpace(system.A, system.B, system.C / unit, system.D / unit, system.dt)
-    try:
-        loop = upper.lft(lower, 1, sensors)
-    except ValueError as error:
-        raise ill_posed() from error
-    return np.asarray(loop.A), np.asarray(loop.B), np.asarray(loop.C), np.asarray(loop.D)
+    loop: LinearSystem = plant.close(system)
+    return loop.matrices
 
 
 def _of_loop(

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import control
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.numerics.balance import balance_realisation
+from slewctl.numerics.linear_system import LinearSystem
 
 
-def balanced(system: control.StateSpace) -> tuple[control.StateSpace, Array]:
+def balanced(system: LinearSystem) -> tuple[LinearSystem, Array]:
     """Return a system with states x/s in which A, B and C are of comparable size, and s.
 
     The scales s are powers of two: no digit changes, and what is zero stays zero.
 
     Parameters
     ----------
-    system : control.StateSpace
+    system : LinearSystem
     """
     A, B, C = (np.asarray(getattr(system, name)) for name in "ABC")
     scale = balance_realisation(A, B, C)
-    turned = control.StateSpace(
+    turned = LinearSystem(
         A / scale[:, None] * scale,
         B / scale[:, None],
         C * scale,

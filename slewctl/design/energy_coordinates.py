@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import control
 import numpy as np
 from scipy.linalg import solve_triangular
 
 from slewctl._types import Array
 from slewctl.design.energy_modes import Modes, modes_of
 from slewctl.errors import AccuracyError, DesignError
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import full_column_rank
 from slewctl.plant import GeneralisedPlant, check_plant
 
@@ -106,8 +106,8 @@ class ScaledPlant:
         tuple of GeneralisedPlant and ScaledPlant
             The second differs from this one by ``state``, the identity.
         """
-        system, back = plant.system, np.linalg.inv(self.control_unit)
-        turned = control.StateSpace(
+        system, back = plant.linear, np.linalg.inv(self.control_unit)
+        turned = LinearSystem(
             self.rate * self.A,
             self.rate * np.hstack([self.B1, self.B2 @ back]),
             np.vstack([self.C1, self.sensor_unit @ self.C2]),
@@ -119,17 +119,17 @@ class ScaledPlant:
         )
         return replace(plant, system=turned), replace(self, state=np.eye(len(self.A)))
 
-    def controller(self, system: control.StateSpace) -> control.StateSpace:
+    def controller(self, system: LinearSystem) -> LinearSystem:
         """Return u = K(s) y for a controller u_s = K_s(s_s) y_s, its signals named as before.
 
         Parameters
         ----------
-        system : control.StateSpace
+        system : LinearSystem
             In scaled time, from y_s to u_s.
         """
         A, B, C, D = (np.asarray(getattr(system, name)) for name in "ABCD")
         from_sensors = np.linalg.inv(self.sensor_unit)
-        return control.StateSpace(
+        return LinearSystem(
             self.rate * A,
             self.rate * B @ from_sensors,
             self.control_unit @ C,

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import control
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.design.reference import Reference, at_rest
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant
 
 
-def observer_feedback(
-    plant: GeneralisedPlant, K: Array, Kf: Array, name: str
-) -> control.StateSpace:
+def observer_feedback(plant: GeneralisedPlant, K: Array, Kf: Array, name: str) -> LinearSystem:
     """Return u = −K x̂ with the observer x̂' = A x̂ + B₂ u + K_f (y − C₂ x̂ − D₂₂ u).
 
     Parameters
@@ -21,29 +19,29 @@ def observer_feedback(
     K, Kf : ndarray, shapes (1, n) and (n, sensors)
     name : str
     """
-    return control.StateSpace(
+    return LinearSystem(
         plant.A - Kf @ plant.C2 - (plant.B2 - Kf @ plant.D22) @ K,
         Kf,
         -K,
         np.zeros((1, len(plant.sensors))),
         inputs=list(plant.sensors),
         outputs=[plant.actuator],
-        states=[f"{state}_estimate" for state in plant.system.state_labels],
+        states=[f"{state}_estimate" for state in plant.linear.state_labels],
         name=name,
     )
 
 
-def for_feedthrough(plant: GeneralisedPlant, system: control.StateSpace) -> control.StateSpace:
+def for_feedthrough(plant: GeneralisedPlant, system: LinearSystem) -> LinearSystem:
     """Return the controller that meets a plant as `system` meets it without its D₂₂.
 
     Parameters
     ----------
     plant : GeneralisedPlant
-    system : control.StateSpace
+    system : LinearSystem
         Strictly proper; it is given y − D₂₂u for y.
     """
     B, C = np.asarray(system.B), np.asarray(system.C)
-    return control.StateSpace(
+    return LinearSystem(
         system.A - B @ plant.D22 @ C,
         B,
         C,

@@ -12,12 +12,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import control
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.model import Model
 from slewctl.numerics.balance import balance
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant, signal
 
 # What the reference angle is called among a controller's inputs.
@@ -46,7 +46,7 @@ def rigid_readings(model: Model, sensors: Sequence[str]) -> Array:
     return np.array([s.row(model)[0] if s.of == "displacement" else 0.0 for s in named])
 
 
-def rigid_reference(system: control.StateSpace, readings: Array) -> Reference:
+def rigid_reference(system: LinearSystem, readings: Array) -> Reference:
     """Return the reference of a controller that is given y − readings·θ_ref."""
     column = -readings[:, None]
     return Reference(np.asarray(system.B) @ column, np.asarray(system.D) @ column)

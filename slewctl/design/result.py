@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-import control
 import numpy as np
 
 from slewctl._show import table_html
@@ -22,7 +21,17 @@ from slewctl.design.reference import (
     rigid_reference,
 )
 from slewctl.errors import InputError, check_nonnegative, shown
+from slewctl.numerics.linear_system import (
+    LinearSystem,
+    WithSystem,
+    clock_unknown,
+    holding_light,
+    linear,
+)
 from slewctl.plant import GeneralisedPlant
+
+if TYPE_CHECKING:
+    import control
 
 # Two Gramians that disagree by more do not confirm an H2 cost.
 COST_TOLERANCE = 1e-6
@@ -108,8 +117,9 @@ class Guarantee:
                      max(short, 0.0) / (abs(self.bound) or 1.0), 1e-6)  # fmt: skip
 
 
+@holding_light
 @dataclass(frozen=True, eq=False, repr=False)
-class Controller:
+class Controller(WithSystem):
     """A designed controller: torque = K y, continuous, or sampled with a zero-order hold.
 
     Sign convention: the torque is the output of `system` driven by the measurements
@@ -163,7 +173,7 @@ class Controller:
     state_scale: Array = field(default_factory=lambda: np.ones(0))
 
     def __repr__(self) -> str:
-        states = f"{self.system.nstates} states"
+        states = f"{self.linear.nstates} states"
         clock = f", every {self.sample_time:g} s" if self.sample_time else ""
         return f"<{self.method} controller, {states}{clock}, from {', '.join(self.sensors)}>"
 
@@ -182,12 +192,12 @@ class Controller:
     @property
     def sample_time(self) -> float:
         """T in s; zero for a continuous controller."""
-        return float(self.system.dt or 0.0)
+        return float(self.linear.dt or 0.0)
 
     @property
     def sensors(self) -> tuple[str, ...]:
         """The measurements that the controller takes."""
-        return tuple(self.system.input_labels)
+        return tuple(self.linear.input_labels)
 
     @property
     def tracking(self) -> control.StateSpace:
@@ -207,12 +217,12 @@ class Controller:
                 where="tracking",
                 remedy="close it around a model and ask the loop for its tracking",
             )
-        return with_reference(self.system, self.reference)
+        return with_reference(self.linear, self.reference).to_control()
 
 
-def with_reference(system: control.StateSpace, reference: Reference) -> control.StateSpace:
+def with_reference(system: LinearSystem, reference: Reference) -> LinearSystem:
     """Return a controller with ``theta_ref`` as its last input."""
-    return control.StateSpace(
+    return LinearSystem(
         system.A,
         np.hstack([system.B, reference.B]),
         system.C,
@@ -241,15 +251,16 @@ def given(system: control.StateSpace, delay: float = 0.0) -> Controller:
     InputError
         For a sampled system without its sample time, or a delay of a continuous one.
     """
-    if not isinstance(system, control.StateSpace) or system.dt is True:
+    light = None if clock_unknown(system) else linear(system)
+    if light is None:
         raise InputError(
             "the system's sample time is not known"
-            if isinstance(system, control.StateSpace)
+            if clock_unknown(system)
             else f"{shown(system)} is no control.StateSpace",
             where="given",
             remedy="give a control.StateSpace, with dt in seconds if it is sampled",
         )
-    if check_nonnegative(delay, "delay") > 0 and not system.dt:
+    if check_nonnegative(delay, "delay") > 0 and not light.dt:
         raise InputError(
             "a continuous controller has no computational delay",
             where="delay",
@@ -260,7 +271,7 @@ def given(system: control.StateSpace, delay: float = 0.0) -> Controller:
 
 def finished(
     plant: GeneralisedPlant,
-    system: control.StateSpace,
+    system: LinearSystem,
     method: str,
     gains: Mapping[str, Array],
     *,
@@ -279,7 +290,7 @@ def finished(
     Parameters
     ----------
     plant : GeneralisedPlant
-    system : control.StateSpace
+    system : LinearSystem
         From the sensors to the actuator, connected with a plus sign.
     method : str
     gains : mapping of str to ndarray

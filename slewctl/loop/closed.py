@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
@@ -19,8 +19,12 @@ from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.loop.tracking import tracking_controller, tracking_loop
 from slewctl.model import Model
 from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import H2Cost, h2_cost, stability_threshold
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
+
+if TYPE_CHECKING:
+    import control
 
 
 class UnstableLoopError(SlewctlError):
@@ -53,23 +57,28 @@ class Loop:
     @cached_property
     def system(self) -> control.StateSpace:
         """The closed loop from the disturbances to the performance outputs."""
-        return self.plant.close(self.controller.system)
+        return self.linear.to_control()
+
+    @cached_property
+    def linear(self) -> LinearSystem:
+        """The same without python-control."""
+        return self.plant.close(self.controller.linear)
 
     @cached_property
     def poles(self) -> ComplexArray:
         """Closed-loop poles in rad/s, by increasing magnitude."""
-        values = np.linalg.eigvals(np.asarray(self.system.A))
+        values = np.linalg.eigvals(np.asarray(self.linear.A))
         return values[np.argsort(np.abs(values))].astype(complex)
 
     @cached_property
     def stable(self) -> bool:
         """Whether every closed-loop pole lies left of the axis by more than rounding."""
-        return bool(self.poles.real.max() < -stability_threshold(np.asarray(self.system.A)))
+        return bool(self.poles.real.max() < -stability_threshold(np.asarray(self.linear.A)))
 
     @property
     def unstable_hz(self) -> tuple[float, ...]:
         """Frequencies of the poles that are not stable, fastest growing first."""
-        threshold = stability_threshold(np.asarray(self.system.A))
+        threshold = stability_threshold(np.asarray(self.linear.A))
         bad = self.poles[(self.poles.real >= -threshold) & (self.poles.imag >= 0)]
         bad = bad[np.argsort(-bad.real)]
         return tuple(float(abs(pole) / (2 * np.pi)) for pole in bad)
@@ -77,12 +86,17 @@ class Loop:
     @cached_property
     def return_ratio(self) -> control.StateSpace:
         """L = −K(s)G(s), the loop broken at the actuator; stability means 1 + L ≠ 0."""
-        G, K = self._path, self.controller.system
+        return self.opened.to_control()
+
+    @cached_property
+    def opened(self) -> LinearSystem:
+        """L without python-control."""
+        G, K = self._path, self.controller.linear
         B = np.vstack([G.B, np.zeros((K.nstates, 1))])
         A = np.block([[G.A, np.zeros((G.nstates, K.nstates))], [np.asarray(K.B) @ G.C, K.A]])
         C = -np.hstack([np.asarray(K.D) @ G.C, K.C])
         actuator = self.objective.actuator
-        return control.StateSpace(
+        return LinearSystem(
             A,
             B,
             C,
@@ -104,12 +118,13 @@ class Loop:
         """
         self.require_stable("a response to the reference")
         controller = tracking_controller(self.controller, self.model)
-        return tracking_loop(self._path, controller, self.model, self.objective.actuator)
+        found = tracking_loop(self._path, controller, self.model, self.objective.actuator)
+        return found.to_control()
 
     @property
-    def _path(self) -> control.StateSpace:
+    def _path(self) -> LinearSystem:
         """The plant from the actuator to the sensors, on the controller's clock."""
-        return self.plant.control_path
+        return self.plant.path
 
     @property
     def nyquist_rad_s(self) -> float:
@@ -119,7 +134,7 @@ class Loop:
     @cached_property
     def open_poles(self) -> ComplexArray:
         """Poles of L in rad/s."""
-        return np.linalg.eigvals(np.asarray(self.return_ratio.A)).astype(complex)
+        return np.linalg.eigvals(np.asarray(self.opened.A)).astype(complex)
 
     @cached_property
     def margins(self) -> Margins:
@@ -131,12 +146,12 @@ class Loop:
             An unstable loop has no margin.
         """
         self.require_stable("margins")
-        return classical_margins(self.return_ratio, modes=self.modes)
+        return classical_margins(self.opened, modes=self.modes)
 
     @cached_property
     def modes(self) -> Modes:
         """The modes by which frequencies of the loop are named."""
-        pair = Pair(self.plant.control_path, self.controller.system, 1)
+        pair = Pair(self.plant.path, self.controller.linear, 1)
         return modes_of_pair(pair, self.controller.delay, self.model.frequencies_hz)
 
     @cached_property
@@ -149,13 +164,13 @@ class Loop:
             The cost of an unstable loop is infinite.
         """
         self.require_stable("an H2 cost")
-        if np.any(np.asarray(self.system.D)):
+        if np.any(np.asarray(self.linear.D)):
             return H2Cost(np.inf, 0.0)  # sensor noise passes straight to the actuator
-        return h2_cost(*(np.asarray(getattr(self.system, name)) for name in "ABC"))
+        return h2_cost(*(np.asarray(getattr(self.linear, name)) for name in "ABC"))
 
     def response(self, omega: Array) -> ComplexArray:
         """Return L at each ω in rad/s: L(jω), or L(e^(jωT)) of a sampled loop."""
-        return FrequencyResponse(self.return_ratio)(omega)
+        return FrequencyResponse(self.opened)(omega)
 
     def _repr_html_(self) -> str:
         told = f"<p>{escape(self.describe())}</p>"
@@ -177,6 +192,6 @@ class Loop:
         """Raise `UnstableLoopError` if the loop has not got `what` because it is unstable."""
         if not self.stable:
             said = f"the loop is unstable at {self.unstable_hz[0]:.4g} Hz and has not {what}"
-            if BrokenLoop(self.return_ratio).stable_if_reversed:
+            if BrokenLoop(self.opened).stable_if_reversed:
                 said += "; with the opposite sign of the feedback it is stable"
             raise UnstableLoopError(said, where="loop", remedy="ask loop.stable first")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import control
+from typing import TYPE_CHECKING
 
 from slewctl.design import Controller, given
 from slewctl.errors import InputError, shown
@@ -10,7 +10,11 @@ from slewctl.loop.closed import Loop
 from slewctl.loop.sampled import SampledLoop
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
+from slewctl.numerics.linear_system import linear
 from slewctl.plant import Objective
+
+if TYPE_CHECKING:
+    import control
 
 
 def close(model: Model, objective: Objective, controller: Controller | control.StateSpace) -> Loop:
@@ -38,7 +42,7 @@ def close(model: Model, objective: Objective, controller: Controller | control.S
             where="close",
             remedy="give model, objective and controller in this order",
         )
-    if isinstance(controller, control.StateSpace):
+    if linear(controller) is not None:
         controller = given(controller)
     if not isinstance(controller, Controller):
         raise InputError(
@@ -46,7 +50,7 @@ def close(model: Model, objective: Objective, controller: Controller | control.S
             where="close",
             remedy="give a Controller, or a control.StateSpace with named signals",
         )
-    commanded = controller.system.output_labels[0]
+    commanded = controller.linear.output_labels[0]
     if commanded != objective.actuator:
         raise InputError(
             f"the controller commands {commanded!r}, the objective limits {objective.actuator!r}",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import control
 import numpy as np
 
 from slewctl._types import ComplexArray
@@ -18,7 +17,6 @@ from slewctl.loop.parts import (
     paired,
     state_space,
 )
-from slewctl.loop.realisation import product
 from slewctl.loop.single.classical_margins import Margins, check_single, classical_margins
 from slewctl.loop.single.hybrid_delay import (
     HybridDelay,
@@ -28,6 +26,8 @@ from slewctl.loop.single.hybrid_delay import (
 )
 from slewctl.loop.single.mode_names import modes_of_pair
 from slewctl.loop.single.return_ratio import BrokenLoop
+from slewctl.numerics.interconnect import series
+from slewctl.numerics.linear_system import LinearSystem
 
 # A pole that neither input nor output of L reaches by more than this, relative, is hidden.
 _HIDDEN = 1e-9
@@ -172,10 +172,10 @@ def _of_closed(loop: Loop, sign: int | None, skew: float) -> Margins:
     loop.require_stable("margins")
     if skew == 0:
         return loop.margins
-    return classical_margins(loop.return_ratio, skew=skew, modes=loop.modes)
+    return classical_margins(loop.opened, skew=skew, modes=loop.modes)
 
 
-def _return_ratio(pair: Pair, late: float) -> control.StateSpace:
+def _return_ratio(pair: Pair, late: float) -> LinearSystem:
     """Return L = K·G, broken at the plant's input, with every state of both."""
     plant, controller = pair.clocks
     if controller and not plant:
@@ -186,7 +186,7 @@ def _return_ratio(pair: Pair, late: float) -> control.StateSpace:
             where="delay",
             remedy="put the delay into the plant, or compare margins.delay_s with it",
         )
-    return product(pair.negative, pair.on_one_clock().plant)
+    return series(pair.on_one_clock().plant, pair.negative)
 
 
 def _single(pair: Pair) -> Pair:
@@ -204,7 +204,7 @@ def _own_delay(controller: object) -> float:
     return controller.delay if isinstance(controller, Controller) else 0.0
 
 
-def require_stable(loop: control.StateSpace) -> None:
+def require_stable(loop: LinearSystem) -> None:
     """Raise `UnstableLoopError` with the poles that are not stable, and which are hidden."""
     check_single(loop)
     broken = BrokenLoop(loop)

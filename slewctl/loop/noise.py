@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import control
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
 
@@ -13,8 +12,10 @@ from slewctl._types import Array
 from slewctl.loop.closed import Loop
 from slewctl.loop.sampled import SampledLoop
 from slewctl.numerics.balance import balance
-from slewctl.plant import GeneralisedPlant, sampled_plant, state_space
+from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant import GeneralisedPlant, sampled_plant
 from slewctl.plant.signals import TORQUE
+from slewctl.plant.statespace import arm_equations
 
 _TIP, _TORQUE, _VOLTAGE = "z_tip", "z_torque", "z_voltage"
 
@@ -63,9 +64,7 @@ def _watched(loop: Loop) -> GeneralisedPlant:
     """Return the loop's plant with tip, torque and voltage in the place of its performance."""
     plant, motor = loop.plant, loop.model.arm.motor
     actuator = loop.objective.actuator
-    rows = np.asarray(
-        state_space(loop.model, ("tip", "theta_dot"), input=actuator, coordinates="modal").C
-    )
+    rows = np.asarray(arm_equations(loop.model, ("tip", "theta_dot"), actuator).C)
     nothing, rate = np.zeros(rows.shape[1]), rows[1]
     outputs: dict[str, tuple[Array, float]] = {_TIP: (rows[0], 0.0)}
     if actuator == TORQUE or motor is None:
@@ -75,14 +74,14 @@ def _watched(loop: Loop) -> GeneralisedPlant:
     else:
         outputs[_TORQUE] = (-motor.back_emf_damping * rate, motor.torque_per_volt)
         outputs[_VOLTAGE] = (nothing, 1.0)
-    system, kept = plant.system, len(outputs)
+    system, kept = plant.linear, len(outputs)
     C = np.vstack([[row for row, _ in outputs.values()], plant.C2])
     D = np.zeros((len(C), system.ninputs))
     D[:kept, -1] = [through for _, through in outputs.values()]
     D[kept:] = system.D[plant.performance :]
     return replace(
         plant,
-        system=control.StateSpace(
+        system=LinearSystem(
             system.A,
             system.B,
             C,
@@ -96,7 +95,7 @@ def _watched(loop: Loop) -> GeneralisedPlant:
 
 
 def _continuous(loop: Loop, watched: GeneralisedPlant) -> dict[str, float]:
-    closed = watched.close(loop.controller.system)
+    closed = watched.close(loop.controller.linear)
     A, B, C, D = (np.asarray(getattr(closed, name)) for name in "ABCD")
     scale = balance(A)
     As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
@@ -108,15 +107,15 @@ def _continuous(loop: Loop, watched: GeneralisedPlant) -> dict[str, float]:
 
 def _sampled(loop: SampledLoop, watched: GeneralisedPlant) -> dict[str, float]:
     """Return the levels one by one: each is the cost of a plant that has only that output."""
-    system, found = watched.system, {}
+    system, found = watched.linear, {}
     for k, name in enumerate(system.output_labels[: watched.performance]):
         kept = [k, *range(watched.performance, system.noutputs)]
-        alone = control.StateSpace(
+        alone = LinearSystem(
             system.A, system.B, np.asarray(system.C)[kept], np.asarray(system.D)[kept],
             inputs=system.input_labels, outputs=[system.output_labels[i] for i in kept],
             states=system.state_labels, name=system.name,
         )  # fmt: skip
         one = replace(watched, system=alone)
         sampled = sampled_plant(one, loop.sample_time, loop.controller.delay)
-        found[name] = math.sqrt(max(sampled.close(loop.controller.system).h2.value, 0.0))
+        found[name] = math.sqrt(max(sampled.close(loop.controller.linear).h2.value, 0.0))
     return found

@@ -11,53 +11,57 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
-import control
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.design import Controller
 from slewctl.errors import InputError, shown
 from slewctl.numerics.frequency_response import sample_time
+from slewctl.numerics.linear_system import LinearSystem, clock_unknown, linear, of_kind
 from slewctl.plant import GeneralisedPlant
 
-System: TypeAlias = control.StateSpace | control.TransferFunction
-Plant: TypeAlias = GeneralisedPlant | System
+if TYPE_CHECKING:
+    import control
+
+System: TypeAlias = "LinearSystem | control.StateSpace | control.TransferFunction"
+Plant: TypeAlias = "GeneralisedPlant | System"
 # What python-control calls signals that were given no name.
 _NAMELESS = re.compile(r"[uy]\[\d+\]")
 
 
-def static(gain: Array | float, dt: float | None = None) -> control.StateSpace:
+def static(gain: Array | float, dt: float | None = None) -> LinearSystem:
     """Return a system without states, of shape (outputs, inputs)."""
     D = np.atleast_2d(np.asarray(gain, dtype=float))
     outputs, inputs = D.shape
     nothing = np.zeros((0, 0)), np.zeros((0, inputs)), np.zeros((outputs, 0))
-    return control.StateSpace(*nothing, D, dt)
+    return LinearSystem(*nothing, D, dt)
 
 
-def state_space(system: object, where: str) -> control.StateSpace:
+def state_space(system: object, where: str) -> LinearSystem:
     """Return a system as a state space of finite numbers, its sample time known."""
     if isinstance(system, GeneralisedPlant):
-        return system.control_path
-    if isinstance(system, control.TransferFunction):
+        return system.path
+    if of_kind(system, "TransferFunction"):
         system = _realised(system, where)
-    if not isinstance(system, control.StateSpace):
+    if clock_unknown(system):
+        raise InputError(
+            "its sample time is not known", where=where, remedy="give it in seconds, as dt"
+        )
+    found = linear(system)
+    if found is None:
         raise InputError(
             f"{shown(system)} is no state-space system or transfer function",
             where=where,
             remedy="give a control.StateSpace or control.TransferFunction",
         )
-    if system.dt is True:
-        raise InputError(
-            "its sample time is not known", where=where, remedy="give it in seconds, as dt"
-        )
-    if not all(np.all(np.isfinite(getattr(system, name))) for name in "ABCD"):
+    if not found.finite:
         raise InputError("it has entries that are not finite", where=where, remedy="mend them")
-    return system
+    return found
 
 
-def _realised(system: control.TransferFunction, where: str) -> control.StateSpace:
+def _realised(system: control.TransferFunction, where: str) -> control.StateSpace | LinearSystem:
     if system.ninputs != 1 or system.noutputs != 1:
         raise InputError(
             "a transfer function with several inputs or outputs",
@@ -74,6 +78,8 @@ def _realised(system: control.TransferFunction, where: str) -> control.StateSpac
     if not len(up):
         zero = static(0.0, system.dt)
         return arranged(zero, system.input_labels, system.output_labels, where)
+    import control  # loaded already: the system is one of its own
+
     return control.tf2ss(system)
 
 
@@ -103,9 +109,9 @@ def feedback_sign(sign: object, controller: object = None) -> int:
     return -1 if sign == -1 else 1
 
 
-def negated(system: control.StateSpace) -> control.StateSpace:
+def negated(system: LinearSystem) -> LinearSystem:
     """Return −G with the names of G."""
-    return control.StateSpace(
+    return LinearSystem(
         system.A,
         system.B,
         -system.C,
@@ -117,13 +123,13 @@ def negated(system: control.StateSpace) -> control.StateSpace:
 
 
 def arranged(
-    system: control.StateSpace, inputs: Sequence[str], outputs: Sequence[str], where: str
-) -> control.StateSpace:
+    system: LinearSystem, inputs: Sequence[str], outputs: Sequence[str], where: str
+) -> LinearSystem:
     """Return a system with its signals in the order of those that they meet.
 
     Parameters
     ----------
-    system : control.StateSpace
+    system : LinearSystem
     inputs, outputs : sequence of str
         Names on the other side of the connection, as many as the system has.
     where : str
@@ -136,7 +142,7 @@ def arranged(
     """
     columns = order(system.input_labels, inputs, f"{where}: inputs")
     rows = order(system.output_labels, outputs, f"{where}: outputs")
-    return control.StateSpace(
+    return LinearSystem(
         system.A,
         system.B[:, columns],
         system.C[rows],
@@ -167,23 +173,23 @@ class Pair:
 
     Attributes
     ----------
-    plant, controller : control.StateSpace
+    plant, controller : LinearSystem
         G and K.
     sign : int
         u = sign·K y.
     """
 
-    plant: control.StateSpace
-    controller: control.StateSpace
+    plant: LinearSystem
+    controller: LinearSystem
     sign: int
 
     @property
-    def negative(self) -> control.StateSpace:
+    def negative(self) -> LinearSystem:
         """K for negative feedback, u = −K y."""
         return self.controller if self.sign < 0 else negated(self.controller)
 
     @property
-    def positive(self) -> control.StateSpace:
+    def positive(self) -> LinearSystem:
         """K for connection with a plus sign, u = K y."""
         return self.controller if self.sign > 0 else negated(self.controller)
 
@@ -225,7 +231,7 @@ def paired(
     """
     G, direction = state_space(plant, "plant"), feedback_sign(sign, controller)
     if isinstance(controller, Controller):
-        controller = controller.system
+        controller = controller.linear
     if isinstance(controller, Real) and not isinstance(controller, bool):
         controller = static(float(controller), G.dt)
     K = state_space(controller, "controller")

@@ -9,14 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.errors import InputError, shown
+from slewctl.errors import InputError
+from slewctl.loop.parts import state_space
 from slewctl.numerics.balance import balance
 from slewctl.numerics.bilinear import equivalent
 from slewctl.numerics.hinf_norm import Peak, peak_gain
+from slewctl.numerics.interconnect import diagonal
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import stability_threshold
 
 
@@ -62,9 +64,9 @@ class Realisation:
         )
 
     @property
-    def system(self) -> control.StateSpace:
-        """The same as a continuous `control.StateSpace`."""
-        return control.StateSpace(self.A, self.B, self.C, self.D)
+    def system(self) -> LinearSystem:
+        """The same as a continuous `LinearSystem`."""
+        return LinearSystem(self.A, self.B, self.C, self.D)
 
     def peak(self) -> Peak:
         """Return ‖G‖∞, the caller having decided stability, and where it is reached."""
@@ -128,50 +130,14 @@ class Realisation:
         )
 
 
-def matrices(system: control.StateSpace) -> tuple[Array, Array, Array, Array]:
-    """Return A, B, C and D of a system."""
-    A, B, C, D = (np.asarray(getattr(system, name), dtype=float) for name in "ABCD")
-    return A, B, C, D
-
-
-def product(second: control.StateSpace, first: control.StateSpace) -> control.StateSpace:
-    """Return second·first on their common clock, the states of `first` first."""
-    both = Realisation(*matrices(second)).after(Realisation(*matrices(first)))
-    return control.StateSpace(both.A, both.B, both.C, both.D, first.dt)
-
-
-def diagonal(first: Array, second: Array) -> Array:
-    """Return the block-diagonal matrix of two matrices, also of empty ones."""
-    corner = np.zeros((first.shape[0], second.shape[1]))
-    other = np.zeros((second.shape[0], first.shape[1]))
-    return np.block([[first, corner], [other, second]])
-
-
-def check_system(system: object, where: str) -> control.StateSpace:
-    """Return `system`; refuse what is no `control.StateSpace` of finite numbers and known clock."""
-    if not isinstance(system, control.StateSpace):
-        raise InputError(
-            f"{shown(system)} is not a control.StateSpace",
-            where=where,
-            remedy="convert it with control.ss",
-        )
-    if system.dt is True:
-        raise InputError(
-            "its sample time is not known", where=where, remedy="give it in seconds, as dt"
-        )
-    if not all(np.isfinite(np.asarray(getattr(system, name))).all() for name in "ABCD"):
-        raise InputError("a matrix is not finite", where=where, remedy="give finite numbers")
-    return system
-
-
-def realisation(system: control.StateSpace, where: str) -> Realisation:
+def realisation(system: object, where: str) -> Realisation:
     """Return the matrices of a system; a sampled one is mapped by z = (1 + s)/(1 − s).
 
     The map takes the unit circle to the imaginary axis and keeps stability, norms and gaps.
 
     Parameters
     ----------
-    system : control.StateSpace
+    system : LinearSystem, or what `state_space` takes
     where : str
         What asked for it, for messages.
 
@@ -180,7 +146,7 @@ def realisation(system: control.StateSpace, where: str) -> Realisation:
     InputError
         For anything else, or a sampled system with a pole at z = −1.
     """
-    found = equivalent(check_system(system, where))
+    found = equivalent(state_space(system, where))
     if found.turn:
         raise InputError(
             "the sampled system has a pole at z = −1, half the sampling frequency",
@@ -192,7 +158,7 @@ def realisation(system: control.StateSpace, where: str) -> Realisation:
     )
 
 
-def hertz(v: float, system: control.StateSpace) -> float | None:
+def hertz(v: float, system: LinearSystem) -> float | None:
     """Return in Hz the frequency at s = jv of `realisation`; None where it is infinite."""
     omega = float(equivalent(system).omega(np.array([v]))[0]) if system.dt else v
     return omega / (2 * np.pi) if np.isfinite(omega) else None

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import control
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from slewctl._types import ComplexArray
 from slewctl.loop.closed import Loop
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import H2Cost
 from slewctl.plant import SampledClosed, SampledPlant, continuous_equivalent, sampled_plant
 
@@ -44,16 +44,16 @@ class SampledLoop(Loop):
     @cached_property
     def closed(self) -> SampledClosed:
         """The closed loop from sample to sample, with the cost between the samples."""
-        return self.sampled.close(self.controller.system)
+        return self.sampled.close(self.controller.linear)
 
     @cached_property
-    def system(self) -> control.StateSpace:
+    def linear(self) -> LinearSystem:
         """The closed loop from a torque or voltage added at the hold to the sensors."""
         path, size = self._path, len(self.closed.A)
         B = np.zeros((size, 1))
         B[: path.nstates] = path.B
         C = np.hstack([path.C, np.zeros((path.noutputs, size - path.nstates))])
-        return control.StateSpace(
+        return LinearSystem(
             self.closed.A,
             B,
             C,
@@ -61,7 +61,7 @@ class SampledLoop(Loop):
             self.sample_time,
             inputs=[f"{self.objective.actuator}_added"],
             outputs=list(path.output_labels),
-            name=f"{self.plant.system.name}_closed",
+            name=f"{self.plant.linear.name}_closed",
         )
 
     @cached_property
@@ -100,8 +100,8 @@ class SampledLoop(Loop):
         return tuple(float(abs(p) / (2 * np.pi)) for p in s[bad][np.argsort(-np.abs(z[bad]))])
 
     @property
-    def _path(self) -> control.StateSpace:
-        return self.sampled.control_path
+    def _path(self) -> LinearSystem:
+        return self.sampled.path
 
     @property
     def nyquist_rad_s(self) -> float:
@@ -111,7 +111,7 @@ class SampledLoop(Loop):
     @cached_property
     def open_poles(self) -> ComplexArray:
         """Equivalents s = ln(z)/T of the poles of L."""
-        poles = np.linalg.eigvals(np.asarray(self.return_ratio.A)).astype(complex)
+        poles = np.linalg.eigvals(np.asarray(self.opened.A)).astype(complex)
         return continuous_equivalent(poles, self.sample_time)
 
     @cached_property

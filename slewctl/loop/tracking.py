@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import control
 import numpy as np
 
 from slewctl._types import Array
@@ -10,13 +9,13 @@ from slewctl.design import Controller
 from slewctl.design.reference import REFERENCE, rigid_readings, rigid_reference
 from slewctl.design.result import with_reference
 from slewctl.model import Model
-from slewctl.plant import state_space
-from slewctl.plant.statespace import Actuator
+from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.statespace import Actuator, arm_equations
 
 WATCHED = ("theta", "tip")
 
 
-def tracking_controller(controller: Controller, model: Model) -> control.StateSpace:
+def tracking_controller(controller: Controller, model: Model) -> LinearSystem:
     """Return a controller with ``theta_ref`` as its last input.
 
     Where the design does not say how the reference enters, each sensor's reading on the
@@ -24,20 +23,20 @@ def tracking_controller(controller: Controller, model: Model) -> control.StateSp
     """
     reference = controller.reference
     if reference is None:
-        reference = rigid_reference(controller.system, rigid_readings(model, controller.sensors))
-    return with_reference(controller.system, reference)
+        reference = rigid_reference(controller.linear, rigid_readings(model, controller.sensors))
+    return with_reference(controller.linear, reference)
 
 
 def tracking_loop(
-    path: control.StateSpace, controller: control.StateSpace, model: Model, actuator: Actuator
-) -> control.StateSpace:
+    path: LinearSystem, controller: LinearSystem, model: Model, actuator: Actuator
+) -> LinearSystem:
     """Return the closed loop from ``theta_ref`` to ``theta``, ``tip`` and the actuator.
 
     Parameters
     ----------
-    path : control.StateSpace
+    path : LinearSystem
         From the actuator to the sensors; its first states are those of the model.
-    controller : control.StateSpace
+    controller : LinearSystem
         With ``theta_ref`` as its last input.
     model : Model
     actuator : {"torque", "voltage"}
@@ -47,7 +46,7 @@ def tracking_loop(
     Ak, Ck = np.asarray(controller.A), np.asarray(controller.C)
     Bk, Br = np.asarray(controller.B[:, :-1]), np.asarray(controller.B[:, -1:])
     Dk, Dr = np.asarray(controller.D[:, :-1]), np.asarray(controller.D[:, -1:])
-    return control.StateSpace(
+    return LinearSystem(
         np.block([[A + B @ Dk @ C, B @ Ck], [Bk @ C, Ak]]),
         np.vstack([B @ Dr, Br]),
         np.block([[watched, np.zeros((len(watched), len(Ak)))], [Dk @ C, Ck]]),
@@ -61,7 +60,7 @@ def tracking_loop(
 
 def watched_rows(model: Model, states: int, actuator: Actuator) -> Array:
     """Return the rows that read ``theta`` and ``tip`` off the first of so many states."""
-    system = state_space(model, WATCHED, input=actuator, coordinates="modal")
+    system = arm_equations(model, WATCHED, actuator)
     rows = np.zeros((len(WATCHED), states))
     rows[:, : system.nstates] = system.C
     return rows

@@ -11,12 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.numerics.balance import balance_system
 from slewctl.numerics.frequency_response import sample_time
+from slewctl.numerics.linear_system import LinearSystem
 
 Matrix = Array | ComplexArray
 # A pole nearer to −1 than this is turned away from it.
@@ -61,7 +61,7 @@ class Equivalent:
         return self.omega(near.imag)
 
 
-def equivalent(system: control.StateSpace) -> Equivalent:
+def equivalent(system: LinearSystem) -> Equivalent:
     """Return the continuous system whose axis is the axis or unit circle of `system`."""
     A, B, C, D = (np.asarray(getattr(system, name), dtype=float) for name in "ABCD")
     step = sample_time(system)

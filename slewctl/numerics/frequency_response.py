@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import control
 import numpy as np
 from scipy.linalg import schur, solve_triangular
 
 from slewctl._types import Array, ComplexArray
 from slewctl.numerics.balance import balance_system
+from slewctl.numerics.linear_system import LinearSystem
 
 # States that are solved for together; what lies behind them is one matrix product.
 _BLOCK = 16
 
 
-def sample_time(system: control.StateSpace) -> float:
+def sample_time(system: LinearSystem) -> float:
     """Return the sample time of a system in s, zero for a continuous one."""
     return float(system.dt or 0.0)
 
@@ -27,11 +27,11 @@ class FrequencyResponse:
 
     Parameters
     ----------
-    system : control.StateSpace
+    system : LinearSystem
         Continuous, or sampled with a known sample time.
     """
 
-    def __init__(self, system: control.StateSpace) -> None:
+    def __init__(self, system: LinearSystem) -> None:
         self.sample_time = sample_time(system)
         scale = balance_system(*(np.asarray(getattr(system, name)) for name in "ABC"))
         A = np.asarray(system.A, dtype=float) / scale[:, None] * scale

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import control
 import numpy as np
 from scipy.linalg import eigvals
 
@@ -19,6 +18,7 @@ from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError
 from slewctl.numerics.bilinear import Equivalent, equivalent
 from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.linear_system import LinearSystem
 
 # The peak is at most this much, relative, above the value that is returned.
 PEAK_TOLERANCE = 1e-8
@@ -44,12 +44,12 @@ class Peak:
     omega: float
 
 
-def peak_gain(system: control.StateSpace) -> Peak:
+def peak_gain(system: LinearSystem) -> Peak:
     """Return ‖G‖∞ of a stable system, continuous or sampled, with any inputs and outputs.
 
     Parameters
     ----------
-    system : control.StateSpace
+    system : LinearSystem
         The caller decides stability first: of an unstable system, without poles on the
         axis, this is the largest gain on the axis (the L∞ norm).
 

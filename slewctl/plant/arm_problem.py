@@ -17,17 +17,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import control
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.errors import InputError, shown
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.objective import Objective
 from slewctl.plant.problem import GeneralisedPlant
 from slewctl.plant.signals import TORQUE
-from slewctl.plant.statespace import Coordinates, drive, state_space
+from slewctl.plant.statespace import Coordinates, arm_equations, drive
 
 
 def generalised_plant(
@@ -63,7 +63,7 @@ def generalised_plant(
         )
     z_names, sensors, actuator = objective.performance, objective.sensors, objective.actuator
     outputs = _union(z_names, sensors)
-    plant = state_space(model, outputs, input=actuator, coordinates=coordinates)
+    plant = arm_equations(model, outputs, actuator, coordinates)
     torque_per_unit = drive(model.arm, actuator)[0]
     for name, feedthrough in zip(plant.output_labels, plant.D[:, 0], strict=True):
         if feedthrough != 0:
@@ -85,7 +85,7 @@ def generalised_plant(
     for i, name in enumerate(sensors):
         C[nz + i] = rows[name]
         D[nz + i, 1 + i] = objective.noise[name]
-    system = control.StateSpace(
+    system = LinearSystem(
         plant.A,
         B,
         C,

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import control
 import numpy as np
 
 from slewctl._types import Array
@@ -15,6 +14,9 @@ from slewctl.model.nonlinear import NonlinearModel, large_slew
 from slewctl.model.spin import warn_of_softening
 from slewctl.plant.signals import ACTUATORS, check_signals, signal
 from slewctl.plant.statespace import Actuator, drive
+
+if TYPE_CHECKING:
+    import control
 
 
 def nonlinear_system(
@@ -75,6 +77,8 @@ def nonlinear_system(
 
     def output(t: float, state: Array, u: Array, params: dict[str, Any]) -> Array:
         return reading(state, torque(state, u))
+
+    import control  # see LinearSystem.to_control
 
     return control.nlsys(
         update,

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
-import control
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.errors import InputError, shown
 from slewctl.model import Model
+from slewctl.numerics.interconnect import AlgebraicLoopError, lft
+from slewctl.numerics.linear_system import (
+    LinearSystem,
+    WithSystem,
+    alike,
+    clock_unknown,
+    holding_light,
+    linear,
+)
 from slewctl.plant.objective import Objective
 
+if TYPE_CHECKING:
+    import control
 
+
+@holding_light
 @dataclass(frozen=True, eq=False)
-class GeneralisedPlant:
+class GeneralisedPlant(WithSystem):
     """A plant with named disturbances, controls, performance outputs and measurements.
 
         ẋ = A x + B₁ w + B₂ u,   z = C₁ x + D₁₁ w + D₁₂ u,   y = C₂ x + D₂₁ w + D₂₂ u,
@@ -45,9 +58,9 @@ class GeneralisedPlant:
     objective: Objective | None = None
 
     def __post_init__(self) -> None:
-        _check_system(self.system)
+        _check_system(vars(self).get("_given"), vars(self)["_linear"])
         sensors = (self.sensors,) if isinstance(self.sensors, str) else tuple(self.sensors)
-        outputs = list(self.system.output_labels)
+        outputs = list(self.linear.output_labels)
         if not sensors or outputs[-len(sensors) :] != list(sensors):
             raise InputError(
                 f"the sensors {list(sensors)} are not the last outputs of {outputs}",
@@ -55,7 +68,7 @@ class GeneralisedPlant:
                 remedy="order the outputs z first, then y, and name the sensors in that order",
             )
         object.__setattr__(self, "sensors", sensors)
-        if not self.system.nstates or self.disturbances < 1 or self.performance < 1:
+        if not self.linear.nstates or self.disturbances < 1 or self.performance < 1:
             raise InputError(
                 "the plant has no states, no disturbance or no performance output",
                 where="system",
@@ -66,81 +79,86 @@ class GeneralisedPlant:
     @property
     def sample_time(self) -> float:
         """T in s of a sampled plant; zero for a continuous one."""
-        return float(self.system.dt or 0.0)
+        return float(self.linear.dt or 0.0)
 
     @property
     def actuator(self) -> str:
         """Name of the control input; ``torque`` or ``voltage`` for an arm."""
-        return str(self.system.input_labels[-1])
+        return str(self.linear.input_labels[-1])
 
     @property
     def disturbances(self) -> int:
         """Number of disturbances w."""
-        return int(self.system.ninputs) - 1
+        return int(self.linear.ninputs) - 1
 
     @property
     def performance(self) -> int:
         """Number of performance outputs z."""
-        return int(self.system.noutputs) - len(self.sensors)
+        return int(self.linear.noutputs) - len(self.sensors)
 
     @property
     def A(self) -> Array:
         """State matrix."""
-        return np.asarray(self.system.A)
+        return np.asarray(self.linear.A)
 
     @property
     def B1(self) -> Array:
         """Disturbances to states."""
-        return np.asarray(self.system.B[:, :-1])
+        return np.asarray(self.linear.B[:, :-1])
 
     @property
     def B2(self) -> Array:
         """Actuator to states."""
-        return np.asarray(self.system.B[:, -1:])
+        return np.asarray(self.linear.B[:, -1:])
 
     @property
     def C1(self) -> Array:
         """States to performance outputs."""
-        return np.asarray(self.system.C[: self.performance])
+        return np.asarray(self.linear.C[: self.performance])
 
     @property
     def C2(self) -> Array:
         """States to measurements."""
-        return np.asarray(self.system.C[self.performance :])
+        return np.asarray(self.linear.C[self.performance :])
 
     @property
     def D11(self) -> Array:
         """Disturbances to performance outputs."""
-        return np.asarray(self.system.D[: self.performance, :-1])
+        return np.asarray(self.linear.D[: self.performance, :-1])
 
     @property
     def D12(self) -> Array:
         """Actuator to performance outputs."""
-        return np.asarray(self.system.D[: self.performance, -1:])
+        return np.asarray(self.linear.D[: self.performance, -1:])
 
     @property
     def D21(self) -> Array:
         """Disturbances to measurements."""
-        return np.asarray(self.system.D[self.performance :, :-1])
+        return np.asarray(self.linear.D[self.performance :, :-1])
 
     @property
     def D22(self) -> Array:
         """Actuator to measurements."""
-        return np.asarray(self.system.D[self.performance :, -1:])
+        return np.asarray(self.linear.D[self.performance :, -1:])
 
     @property
     def control_path(self) -> control.StateSpace:
         """The plant from the actuator to the measurements, as a named system."""
-        return control.StateSpace(
+        return self.path.to_control()
+
+    @property
+    def path(self) -> LinearSystem:
+        """The same without python-control."""
+        return LinearSystem(
             self.A,
             self.B2,
             self.C2,
             self.D22,
-            self.system.dt,
+            self.linear.dt,
             inputs=[self.actuator],
             outputs=list(self.sensors),
-            states=list(self.system.state_labels),
-            name=f"{self.system.name}_control_path",
+            states=list(self.linear.state_labels),
+            name=f"{self.linear.name}_control_path",
         )
 
     def transformed(self, T: Array) -> GeneralisedPlant:
@@ -156,7 +174,7 @@ class GeneralisedPlant:
         InputError
             If T is of another shape, not finite or singular.
         """
-        matrix, system = np.asarray(T, dtype=float), self.system
+        matrix, system = np.asarray(T, dtype=float), self.linear
         n = len(self.A)
         refusal = InputError(
             "the transformation is not an invertible matrix of the plant's size",
@@ -169,7 +187,7 @@ class GeneralisedPlant:
             inverse = np.linalg.inv(matrix)
         except np.linalg.LinAlgError as error:
             raise refusal from error
-        turned = control.StateSpace(
+        turned = LinearSystem(
             matrix @ system.A @ inverse,
             matrix @ system.B,
             system.C @ inverse,
@@ -181,7 +199,7 @@ class GeneralisedPlant:
         )
         return replace(self, system=turned)
 
-    def close(self, controller: control.StateSpace) -> control.StateSpace:
+    def close(self, controller: Any) -> Any:
         """Return the closed loop from w to z (the lower linear fractional transformation).
 
         Parameters
@@ -195,36 +213,16 @@ class GeneralisedPlant:
             If the controller takes other signals than the plant's sensors, commands another
             actuator, or makes a loop without delay that has no solution (I − D_k D₂₂ singular).
         """
-        self.check_controller(controller, self.sample_time or None)
-        Ak, Bk, Ck, Dk = (
-            np.asarray(m) for m in (controller.A, controller.B, controller.C, controller.D)
-        )
-        n, k, w = len(self.A), len(Ak), self.disturbances
-        # u = Dk (C₂ x + D₂₁ w + D₂₂ u) + Ck x_k, solved for u.
-        left = np.eye(1) - Dk @ self.D22
-        if abs(left[0, 0]) <= 4 * np.finfo(float).eps * (1 + abs(left[0, 0] - 1)):
-            raise ill_posed()
-        u = np.linalg.solve(left, np.hstack([Dk @ self.C2, Ck, Dk @ self.D21]))
-        x = np.hstack([self.A, np.zeros((n, k)), self.B1]) + self.B2 @ u
-        z = np.hstack([self.C1, np.zeros((self.performance, k)), self.D11]) + self.D12 @ u
-        y = np.hstack([self.C2, np.zeros((len(self.sensors), k)), self.D21]) + self.D22 @ u
-        x_k = np.hstack([np.zeros((k, n)), Ak, np.zeros((k, w))]) + Bk @ y
-        moved = np.vstack([x, x_k])
-        return control.StateSpace(
-            moved[:, : n + k],
-            moved[:, n + k :],
-            z[:, : n + k],
-            z[:, n + k :],
-            self.system.dt,
-            inputs=list(self.system.input_labels[:-1]),
-            outputs=list(self.system.output_labels[: self.performance]),
-            name=f"{self.system.name}_closed",
-        )
+        fitting = self.fitting(controller, self.sample_time or None)
+        try:
+            closed = lft(self.linear, fitting)
+        except AlgebraicLoopError as error:
+            raise ill_posed() from error
+        closed = closed.named(name=f"{self.linear.name}_closed")
+        return alike(controller, closed)
 
-    def check_controller(
-        self, controller: control.StateSpace, sample_time: float | None = None
-    ) -> None:
-        """Refuse a controller that does not fit the plant, or runs on another clock.
+    def fitting(self, controller: object, sample_time: float | None = None) -> LinearSystem:
+        """Return a controller; refuse one that does not fit the plant or has another clock.
 
         Parameters
         ----------
@@ -238,39 +236,34 @@ class GeneralisedPlant:
             As `close`.
         """
         clock = "continuous-time" if sample_time is None else f"{sample_time:g} s sampled"
-        known = isinstance(controller, control.StateSpace)
-        if not known or not _runs_on(controller, sample_time):
+        system = None if clock_unknown(controller) else linear(controller)
+        if system is None or system.sample_time != (sample_time or 0.0):
             raise InputError(
                 f"{shown(controller)} is not a {clock} StateSpace",
                 where="close",
                 remedy="give one with the plant's sensors as named inputs",
             )
-        if controller.noutputs != 1:
+        if system.noutputs != 1:
             raise InputError(
-                f"the controller has {controller.noutputs} outputs",
+                f"the controller has {system.noutputs} outputs",
                 where="close",
                 remedy=f"give it one, the {self.actuator}",
             )
-        if controller.output_labels[0] != self.actuator:
+        if system.output_labels[0] != self.actuator:
             raise InputError(
-                f"the controller commands {controller.output_labels[0]!r} but the plant takes "
+                f"the controller commands {system.output_labels[0]!r} but the plant takes "
                 f"{self.actuator!r}",
                 where="close",
                 remedy=f"name its output {self.actuator!r}, if that is what it commands",
             )
-        if tuple(controller.input_labels) != self.sensors:
+        if system.input_labels != self.sensors:
             raise InputError(
-                f"the controller takes {controller.input_labels} but the plant measures "
+                f"the controller takes {list(system.input_labels)} but the plant measures "
                 f"{list(self.sensors)}",
                 where="close",
                 remedy="measure the same signals in the same order",
             )
-
-
-def _runs_on(controller: control.StateSpace, sample_time: float | None) -> bool:
-    if sample_time is None:
-        return bool(controller.isctime())
-    return bool(controller.isdtime(strict=True)) and float(controller.dt) == sample_time
+        return system
 
 
 def ill_posed() -> InputError:
@@ -282,20 +275,20 @@ def ill_posed() -> InputError:
     )
 
 
-def _check_system(system: object) -> None:
-    if not isinstance(system, control.StateSpace):
-        raise InputError(
-            f"{shown(system)} is not a StateSpace",
-            where="system",
-            remedy="give a control.StateSpace from [w, u] to [z, y]",
-        )
-    if system.dt is True:
+def _check_system(system: object, found: LinearSystem | None) -> None:
+    if clock_unknown(system):
         raise InputError(
             "the system's sample time is not known",
             where="system",
             remedy="give dt in s, or a continuous system",
         )
-    if not all(np.isfinite(getattr(system, name)).all() for name in "ABCD"):
+    if found is None:
+        raise InputError(
+            f"{shown(system)} is not a StateSpace",
+            where="system",
+            remedy="give a control.StateSpace from [w, u] to [z, y]",
+        )
+    if not found.finite:
         raise InputError(
             "the plant's matrices are not finite",
             where="system",

@@ -21,9 +21,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import control
 import numpy as np
 from scipy.linalg import block_diag
 
@@ -35,10 +34,21 @@ from slewctl.errors import (
     check_count,
     shown,
 )
+from slewctl.numerics.linear_system import (
+    LinearSystem,
+    WithSystem,
+    alike,
+    clock_unknown,
+    holding_light,
+    linear,
+)
 from slewctl.plant.balancing import balanced, damped, refuse_undamped
 from slewctl.plant.problem import GeneralisedPlant
-from slewctl.plant.separation import Part, Separated, separate
+from slewctl.plant.separation import Part, Separated, continuous, separate
 from slewctl.plant.sizes import given_sizes, own_sizes
+
+if TYPE_CHECKING:
+    import control
 
 # What the names of a mode's states end with; numbered where poles coincide.
 _ENDS = {1: [""], 2: ["_re", "_im"]}
@@ -46,8 +56,9 @@ _ENDS = {1: [""], 2: ["_re", "_im"]}
 _ROUNDING = 1e-11
 
 
+@holding_light
 @dataclass(frozen=True, eq=False)
-class Reduced:
+class Reduced(WithSystem):
     """A reduced system, and how far it is from the one it was made of.
 
     Attributes
@@ -88,7 +99,7 @@ class Reduced:
     residual: float
     feedthrough: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
-    def corrected(self, controller: control.StateSpace) -> control.StateSpace:
+    def corrected(self, controller: Any) -> Any:
         """Return a controller that expects the static response of the removed modes.
 
         Designed on `plant`, where y₀ = C x, a controller u = K(s) y₀ is given y − D u
@@ -110,13 +121,14 @@ class Reduced:
         D = self.feedthrough
         if D.size == 0:
             return controller
-        if not isinstance(controller, control.StateSpace) or controller.D.shape != D.T.shape:
+        light = None if clock_unknown(controller) else linear(controller)
+        if light is None or light.D.shape != D.T.shape:
             raise InputError(
                 f"{shown(controller)} is no controller from {len(D)} sensors to one actuator",
                 where="corrected",
                 remedy="give the system of a design on this reduced plant",
             )
-        A, B, C, Dk = (np.asarray(getattr(controller, name)) for name in "ABCD")
+        A, B, C, Dk = light.matrices
         loop = float(1 + (Dk @ D)[0, 0])
         if abs(loop) <= np.sqrt(np.finfo(float).eps):
             raise InputError(
@@ -125,16 +137,17 @@ class Reduced:
                 remedy="use a strictly proper controller",
             )
         C, Dk = C / loop, Dk / loop
-        return control.StateSpace(
+        corrected = LinearSystem(
             A - B @ D @ C,
             B - B @ D @ Dk,
             C,
             Dk,
-            inputs=controller.input_labels,
-            outputs=controller.output_labels,
-            states=controller.state_labels,
-            name=f"{controller.name}_corrected",
+            inputs=light.input_labels,
+            outputs=light.output_labels,
+            states=light.state_labels,
+            name=f"{light.name}_corrected",
         )
+        return alike(controller, corrected)
 
 
 def balanced_truncation(
@@ -280,7 +293,7 @@ def modal_truncation(
 class _Source:
     """A system to be reduced, taken apart, with the unit in which each signal counts."""
 
-    system: control.StateSpace
+    system: LinearSystem
     plant: GeneralisedPlant | None
     inputs: Array  # size of each input, zero for one that is left out
     outputs: Array  # one over the size of each output
@@ -296,9 +309,10 @@ class _Source:
                     where="path",
                     remedy="select the inputs and outputs of the system",
                 )
-            parts = separate(given)  # refuses what is no system
-            inputs, outputs = given_sizes(given, sizes or {})
-            return cls(given, None, inputs, outputs, parts)
+            light = continuous(given)
+            parts = separate(light)
+            inputs, outputs = given_sizes(light, sizes or {})
+            return cls(light, None, inputs, outputs, parts)
         if sizes is not None:
             raise InputError(
                 "a generalised plant has the sizes of its signals in its limits and noises",
@@ -308,7 +322,7 @@ class _Source:
         inputs, outputs = own_sizes(given)
         if path == "control":
             inputs[:-1], outputs[: given.performance] = 0.0, 0.0
-        return cls(given.system, given, inputs, outputs, separate(given.system))
+        return cls(given.linear, given, inputs, outputs, separate(given.linear))
 
     @property
     def weighed(self) -> Separated:
@@ -340,7 +354,7 @@ class _Source:
                 remedy="use modal coordinates",
             )
         states = (("rigid", "rigid_dot")[: len(rigid.A)], names)
-        system = control.StateSpace(
+        system = LinearSystem(
             block_diag(rigid.A, part.A),
             np.vstack([rigid.B, part.B]),
             np.hstack([rigid.C, part.C]),

@@ -11,15 +11,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_nonnegative, check_positive
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import H2Cost, solve_discrete_lyapunov, stability_threshold
 from slewctl.plant.hold import Held, held
 from slewctl.plant.problem import GeneralisedPlant, check_plant
+
+if TYPE_CHECKING:
+    import control
 
 # A delay this near to a whole number of samples, in samples, is that number.
 _WHOLE = 1e-9
@@ -70,9 +74,14 @@ class SampledPlant:
     @property
     def control_path(self) -> control.StateSpace:
         """From the actuator to the measurements, as a named discrete-time system."""
-        states = [*self.plant.system.state_labels]
+        return self.path.to_control()
+
+    @property
+    def path(self) -> LinearSystem:
+        """The same without python-control."""
+        states = [*self.plant.linear.state_labels]
         actuator = self.plant.actuator
-        return control.StateSpace(
+        return LinearSystem(
             self.A,
             self.B,
             self.C,
@@ -81,10 +90,10 @@ class SampledPlant:
             inputs=[actuator],
             outputs=list(self.plant.sensors),
             states=[*states, *(f"{actuator}_before_{i + 1}" for i in range(self.waiting))],
-            name=f"{self.plant.system.name}_sampled",
+            name=f"{self.plant.linear.name}_sampled",
         )
 
-    def close(self, controller: control.StateSpace) -> SampledClosed:
+    def close(self, controller: object) -> SampledClosed:
         """Return the closed loop of a discrete-time controller.
 
         Parameters
@@ -98,8 +107,7 @@ class SampledPlant:
         InputError
             If its signals or its sample time are others than the plant's.
         """
-        self.plant.check_controller(controller, self.sample_time)
-        return SampledClosed(self, controller)
+        return SampledClosed(self, self.plant.fitting(controller, self.sample_time))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,11 +117,11 @@ class SampledClosed:
     Attributes
     ----------
     plant : SampledPlant
-    controller : control.StateSpace
+    controller : LinearSystem
     """
 
     plant: SampledPlant
-    controller: control.StateSpace
+    controller: LinearSystem
 
     @cached_property
     def A(self) -> Array:
@@ -155,8 +163,7 @@ class SampledClosed:
 
     @property
     def _controller(self) -> tuple[Array, Array, Array, Array]:
-        k = self.controller
-        return np.asarray(k.A), np.asarray(k.B), np.asarray(k.C), np.asarray(k.D)
+        return self.controller.matrices
 
     @cached_property
     def _noise(self) -> Array:

@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import control
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 from scipy.sparse.csgraph import connected_components
@@ -24,6 +23,7 @@ from scipy.sparse.csgraph import connected_components
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError, InputError, shown
 from slewctl.numerics.balance import balance
+from slewctl.numerics.linear_system import LinearSystem, clock_unknown, linear
 from slewctl.plant.invariant import Piece, check_rigid, consecutive
 
 _RESIDUAL = 1e-7
@@ -133,7 +133,7 @@ class Separated:
         return np.real(U @ P @ turned), np.real(U @ W @ turned)
 
 
-def separate(system: control.StateSpace) -> Separated:
+def separate(system: object) -> Separated:
     """Return the rigid-body part and the flexible modes of a continuous system.
 
     Parameters
@@ -152,21 +152,27 @@ def separate(system: control.StateSpace) -> Separated:
     AccuracyError
         If the modes cannot be told apart to working precision.
     """
-    if not isinstance(system, control.StateSpace) or not system.isctime():
-        raise InputError(
-            f"{shown(system)} is not a continuous-time StateSpace",
-            where="reduction",
-            remedy="give one made by state_space or generalised_plant",
-        )
-    A, B, C = (np.array(getattr(system, name), dtype=float) for name in "ABC")
-    if not all(np.isfinite(matrix).all() for matrix in (A, B, C)):
-        raise InputError("the system is not finite", where="reduction", remedy="check its matrices")
+    A, B, C = continuous(system).matrices[:3]
     scale = balance(A)
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
     size = float(np.linalg.norm(A, 2)) if len(A) else 0.0
     pieces = [Piece.of(A, states, size) for states in _uncoupled(A, size)]
     check_rigid(sum(piece.rigid.shape[1] for piece in pieces))
     return _confirmed(_assembled(B, C, pieces), A, B, C)
+
+
+def continuous(system: object) -> LinearSystem:
+    """Return a continuous-time state space of finite numbers; refuse anything else."""
+    light = None if clock_unknown(system) else linear(system)
+    if light is None or light.sample_time:
+        raise InputError(
+            f"{shown(system)} is not a continuous-time StateSpace",
+            where="reduction",
+            remedy="give one made by state_space or generalised_plant",
+        )
+    if not light.finite:
+        raise InputError("the system is not finite", where="reduction", remedy="check its matrices")
+    return light
 
 
 def _confirmed(parts: Separated, A: Array, B: Array, C: Array) -> Separated:

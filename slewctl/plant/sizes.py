@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import control
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.errors import InputError, check_positive, shown, suggest
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.problem import GeneralisedPlant
 
 
-def given_sizes(system: control.StateSpace, sizes: Mapping[str, float]) -> tuple[Array, Array]:
+def given_sizes(system: LinearSystem, sizes: Mapping[str, float]) -> tuple[Array, Array]:
     """Return the size given for each input and one over that of each output; 1 where absent."""
     known = [*system.input_labels, *system.output_labels]
     for name in sizes:
@@ -29,7 +29,7 @@ def given_sizes(system: control.StateSpace, sizes: Mapping[str, float]) -> tuple
 
 def own_sizes(plant: GeneralisedPlant) -> tuple[Array, Array]:
     """Return the limit of the actuator and one over the noise of each sensor; 1 elsewhere."""
-    inputs, outputs = np.ones(plant.system.ninputs), np.ones(plant.system.noutputs)
+    inputs, outputs = np.ones(plant.linear.ninputs), np.ones(plant.linear.noutputs)
     weight = float(np.linalg.norm(plant.D12))
     noise = np.linalg.norm(plant.D21, axis=1)
     inputs[-1] = 1 / weight if weight else 1.0

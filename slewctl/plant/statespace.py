@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-import control
 import numpy as np
 
 from slewctl._types import Array
@@ -14,7 +13,11 @@ from slewctl.arm import Arm, Motor
 from slewctl.errors import InputError, check_choice, check_positive
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.signals import ACTUATORS, TORQUE, VOLTAGE, check_signals, signal
+
+if TYPE_CHECKING:
+    import control
 
 Coordinates = Literal["physical", "modal"]
 Actuator = Literal["torque", "voltage"]
@@ -71,6 +74,20 @@ def state_space(
         For an unknown output, input or coordinates, a station beyond the tip, a voltage
         without a motor, or a sample time that is not positive.
     """
+    continuous = arm_equations(model, outputs, input, coordinates).to_control()
+    if sample_time is None:
+        return continuous
+    step = check_positive(sample_time, "sample_time")
+    return continuous.sample(step, method="zoh", name=f"{continuous.name}_sampled")
+
+
+def arm_equations(
+    model: Model,
+    outputs: Sequence[str] | str,
+    input: Actuator = "torque",
+    coordinates: Coordinates = "modal",
+) -> LinearSystem:
+    """Return what `state_space` returns, continuous and without python-control."""
     check_model(model, "state_space")
     names = check_signals(outputs, "outputs", model.arm.beam)
     check_choice(input, ACTUATORS, "input")
@@ -82,7 +99,7 @@ def state_space(
     D = np.zeros((len(names), 1))
     for i, name in enumerate(names):
         C[i], D[i] = _output_row(model, system, name)
-    continuous = control.StateSpace(
+    return LinearSystem(
         A,
         B,
         C,
@@ -92,10 +109,6 @@ def state_space(
         states=[*system.names, *(f"{name}_dot" for name in system.names)],
         name=f"{model.basis.name}_{model.n}".replace(" ", "_").replace("-", "_"),
     )
-    if sample_time is None:
-        return continuous
-    step = check_positive(sample_time, "sample_time")
-    return continuous.sample(step, method="zoh", name=f"{continuous.name}_sampled")
 
 
 def require_motor(arm: Arm, where: str) -> Motor:

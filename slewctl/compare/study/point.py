@@ -246,7 +246,7 @@ class Place:
     def truth_graph(self) -> PlantGraph:
         """The truth, for the ν-gap to every design model."""
         plant = generalised_plant(self.judge.truth, self.judge.case.objective)
-        return plant_graph(plant.control_path, **self.units)
+        return plant_graph(plant.path, **self.units)
 
     def evaluate(self, basis: str, n: int, method: str) -> Evaluation:
         """Return a design with its judgement on the truth.
@@ -329,7 +329,7 @@ def _mode_lost(loop: Loop, kept: int) -> int | None:
 
 def _gap(place: Place, design: DesignModel, controller: Controller) -> tuple[float | None, ...]:
     """Return the ν-gap from the truth and b(P, C), in units of the rigid arm's own swing."""
-    path, units = design.control_path, place.units
+    path, units = design.path, place.units
     try:
         gap = gap_between(plant_graph(path, **units), place.truth_graph)
         margin = stability_margin_bpc(path, controller, **units)

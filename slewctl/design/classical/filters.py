@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-import control
 import numpy as np
 from scipy.linalg import block_diag
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import DesignError, InputError, check_positive
 from slewctl.model import Model
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant, check_plant
 from slewctl.plant.statespace import drive
 
@@ -96,7 +96,7 @@ def summed(
     plant: GeneralisedPlant,
     branches: Sequence[tuple[Array, Sequence[Section], float]],
     name: str,
-) -> control.StateSpace:
+) -> LinearSystem:
     """Return the controller u = Σ gain · filters(row · y), named for a plant.
 
     Parameters
@@ -109,7 +109,7 @@ def summed(
     parts = [in_series(sections) for _, sections, _ in branches]
     rows = [row[None] for row, _, _ in branches]
     gains = [gain for _, _, gain in branches]
-    return control.StateSpace(
+    return LinearSystem(
         block_diag(*(part[0] for part in parts)),
         np.vstack([part[1] @ row for part, row in zip(parts, rows, strict=True)]),
         np.hstack([gain * part[2] for part, gain in zip(parts, gains, strict=True)]),

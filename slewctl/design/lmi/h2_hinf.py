@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import control
 import numpy as np
 from scipy.linalg import block_diag
 
@@ -32,6 +31,7 @@ from slewctl.design.observer import for_feedthrough, observer_feedback
 from slewctl.design.result import Controller, Guarantee, finished
 from slewctl.errors import DesignError, check_given, check_positive
 from slewctl.numerics.hinf_norm import peak_gain
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant, check_plant, signal
 
 _COARSE = 1e-5
@@ -117,7 +117,7 @@ def h2_hinf(
 class _Candidate:
     """A controller with its bound, and its norm and cost recomputed from the closed loop."""
 
-    system: control.StateSpace
+    system: LinearSystem
     gains: dict[str, Array]
     feedback: OutputFeedback
     bound: float
@@ -132,7 +132,7 @@ class _Candidate:
 
 def _recomputed(
     plant: GeneralisedPlant,
-    system: control.StateSpace,
+    system: LinearSystem,
     gains: dict[str, Array],
     feedback: OutputFeedback,
     bound: float,
@@ -266,11 +266,11 @@ def _channel(plant: GeneralisedPlant, corner: float) -> _Channel:
     return _Channel(corner, noise / noise[0], f"{unit}/{per}" if known else "")
 
 
-def spillover_gain(plant: GeneralisedPlant, system: control.StateSpace, channel: _Channel) -> float:
+def spillover_gain(plant: GeneralisedPlant, system: LinearSystem, channel: _Channel) -> float:
     """Return ‖W K S‖∞ of a controller around its plant; infinite if the loop is unstable."""
     n, sensors = len(plant.A), len(plant.sensors)
     # Inputs: each sensor's error, then u; outputs: W u = u − x_w with x_w' = ω_c (u − x_w), y.
-    spilling = control.StateSpace(
+    spilling = LinearSystem(
         block_diag(plant.A, np.array([[-channel.corner]])),
         np.block([[np.zeros((n, sensors)), plant.B2], [np.zeros((1, sensors)), channel.corner]]),
         np.block([[np.zeros((1, n)), -1.0], [plant.C2, np.zeros((sensors, 1))]]),
@@ -308,14 +308,14 @@ def _problem(both: Innovations, channel: _Channel, gamma: float) -> OutputProble
     return OutputProblem(A, B2, C2, cost, bounded, gamma * size, P, Y, deviation)
 
 
-def _system(both: Innovations, found: OutputFeedback) -> control.StateSpace:
+def _system(both: Innovations, found: OutputFeedback) -> LinearSystem:
     """Return the controller in the plant's units.
 
     Its own state stands for the scaled plant's and that of W.
     """
     plant = both.plant
-    system = control.StateSpace(
-        found.A,
+    system = LinearSystem(
+        np.asarray(found.A),
         found.B,
         found.C,
         np.zeros((1, len(plant.sensors))),

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from slewctl._types import Array
@@ -31,6 +30,7 @@ from slewctl.design.lmi.h2_problem import H2Setting, Realised, finished_h2, h2_s
 from slewctl.design.observer import for_feedthrough
 from slewctl.design.result import Controller
 from slewctl.errors import AccuracyError, check_positive
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant
 
 if TYPE_CHECKING:
@@ -252,7 +252,7 @@ def _reconstructed(joint: JointH2Problem) -> tuple[Realised, tuple[Array, Array]
     L = -np.linalg.solve(Y, B_hat)
     F = -np.linalg.solve(covariance, C_hat.T).T
     whole = p.A @ X + p.B2 @ C_hat - L @ p.C2 @ X - np.linalg.solve(Y, A_hat)
-    system = control.StateSpace(
+    system = LinearSystem(
         np.linalg.solve(covariance, whole.T).T,
         p.state_unit * L,
         -(p.control_unit / p.state_unit) * F,

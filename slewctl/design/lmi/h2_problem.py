@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-import control
 import numpy as np
 
 from slewctl._types import Array
@@ -17,6 +16,7 @@ from slewctl.design.reference import Reference
 from slewctl.design.result import Check, Controller, Guarantee, finished
 from slewctl.design.riccati.lqg import optimal_cost
 from slewctl.design.riccati.lqr_kalman import check_assumptions
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import Regulator, RiccatiSolution, h2_cost
 from slewctl.plant import GeneralisedPlant
 
@@ -59,7 +59,7 @@ class H2Setting:
         """Return a state feedback of the plant as one of the twin."""
         return K if self.twin is self.plant else K @ self.scaled.state
 
-    def cost(self, system: control.StateSpace) -> float:
+    def cost(self, system: LinearSystem) -> float:
         """Return the squared H2 norm with a controller; infinite if the loop is not stable."""
         return closed_cost(self.plant, system).value
 
@@ -93,14 +93,14 @@ class Realised:
 
     Attributes
     ----------
-    system : control.StateSpace
+    system : LinearSystem
     reference : Reference or None
         How the reference angle enters, if it is known.
     note : str
         How it was made, in words.
     """
 
-    system: control.StateSpace
+    system: LinearSystem
     reference: Reference | None
     note: str
 

@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import control
-
 from slewctl._types import Array
 from slewctl.arm import vary
 from slewctl.design.achieved import achieved
@@ -16,6 +14,7 @@ from slewctl.design.result import Check
 from slewctl.design.riccati.lqr_kalman import kalman
 from slewctl.errors import InputError
 from slewctl.model import assemble
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import TORQUE, GeneralisedPlant, generalised_plant
 
 # Torque noise that the observer believes in, over the objective's: the more, the more the loop
@@ -84,7 +83,7 @@ def best_observer(
 
 
 def worst_of(
-    system: control.StateSpace, changed: Mapping[tuple[float, float], GeneralisedPlant]
+    system: LinearSystem, changed: Mapping[tuple[float, float], GeneralisedPlant]
 ) -> Worst:
     """Return the worst of a controller over plants; the cost is infinite if one is unstable."""
     found = {at: achieved(plant, system, 0.0)[1:] for at, plant in changed.items()}

@@ -141,10 +141,10 @@ def _signals(plant: GeneralisedPlant) -> dict[str, Array]:
             remedy="use lqg or h2-lmi, which take that into account",
         )
     rows = {plant.actuator: np.zeros((1, 0))}
-    outputs = list(plant.system.output_labels)
+    outputs = list(plant.linear.output_labels)
     for name in objective.performance:
         check_choice(f"z_{name}", outputs, "variance_bound")
-        row = np.asarray(plant.system.C)[[outputs.index(f"z_{name}")]]
+        row = np.asarray(plant.linear.C)[[outputs.index(f"z_{name}")]]
         rows[name] = row * objective.limits[name]
     for i, name in enumerate(plant.sensors):
         rows.setdefault(name, plant.C2[i : i + 1])

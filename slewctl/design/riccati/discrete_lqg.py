@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
 
-import control
 import numpy as np
 
 from slewctl._types import Array
@@ -23,6 +22,7 @@ from slewctl.design.achieved import closed_cost
 from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
 from slewctl.design.riccati.lqr_kalman import kalman, lqr
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import RiccatiSolution
 from slewctl.plant import GeneralisedPlant, ill_posed
 
@@ -102,14 +102,14 @@ class _Design:
         """1 − N D₂₂: u enters its own innovation."""
         return 1.0 - float((self.N @ self.plant.D22)[0, 0])
 
-    def system(self) -> control.StateSpace:
+    def system(self) -> LinearSystem:
         """Return the controller."""
         p = self.plant
         if self.left == 0:
             raise ill_posed()
         C, D = -(self.K - self.N @ p.C2) / self.left, -self.N / self.left
         driven = p.B2 - self.L @ p.D22
-        return control.StateSpace(
+        return LinearSystem(
             p.A - self.L @ p.C2 + driven @ C,
             self.L + driven @ D,
             C,
@@ -117,7 +117,7 @@ class _Design:
             p.sample_time,
             inputs=list(p.sensors),
             outputs=[p.actuator],
-            states=[f"{state}_estimate" for state in p.system.state_labels],
+            states=[f"{state}_estimate" for state in p.linear.state_labels],
             name="lqg",
         )
 

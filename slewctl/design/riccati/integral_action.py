@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from time import perf_counter
 
-import control
 import numpy as np
 from scipy.linalg import block_diag
 
@@ -19,6 +18,7 @@ from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
 from slewctl.design.riccati.lqr_kalman import check_assumptions, kalman
 from slewctl.errors import DesignError, InputError
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import Regulator, RiccatiSolution, h2_cost
 from slewctl.numerics.observability import pole_rounding
 from slewctl.plant import GeneralisedPlant
@@ -114,21 +114,19 @@ def _regulator(plant: GeneralisedPlant, angle: int, limit: float) -> RiccatiSolu
     return Regulator.of(*_augmented(plant, angle), C, D).solve()
 
 
-def _system(
-    plant: GeneralisedPlant, K: Array, Ki: Array, Kf: Array, angle: int
-) -> control.StateSpace:
+def _system(plant: GeneralisedPlant, K: Array, Ki: Array, Kf: Array, angle: int) -> LinearSystem:
     n, sensors = len(plant.A), list(plant.sensors)
     A = np.zeros((n + 1, n + 1))
     driven = plant.B2 - Kf @ plant.D22
     A[:n] = np.hstack([plant.A - Kf @ plant.C2 - driven @ K, -driven @ Ki])
-    return control.StateSpace(
+    return LinearSystem(
         A,
         np.vstack([Kf, np.eye(len(sensors))[angle]]),
         -np.hstack([K, Ki]),
         np.zeros((1, len(sensors))),
         inputs=sensors,
         outputs=[plant.actuator],
-        states=[*(f"{s}_estimate" for s in plant.system.state_labels), INTEGRAL_STATE],
+        states=[*(f"{s}_estimate" for s in plant.linear.state_labels), INTEGRAL_STATE],
         name="lqg",
     )
 
@@ -154,7 +152,7 @@ def _expected(
     )
 
 
-def _achieved(plant: GeneralisedPlant, system: control.StateSpace, limit: float) -> float:
+def _achieved(plant: GeneralisedPlant, system: LinearSystem, limit: float) -> float:
     """Return the mean of zᵀz + (σ / limit)² of the closed loop; σ is its last state."""
     closed = plant.close(system)
     A, B, C = (np.asarray(getattr(closed, name)) for name in "ABC")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from time import perf_counter
 
-import control
 import numpy as np
 
 from slewctl.design.achieved import closed_cost
@@ -16,6 +15,7 @@ from slewctl.design.riccati.integral_action import integral_lqg
 from slewctl.design.riccati.lqr_kalman import check_finite_cost, kalman, lqr
 from slewctl.design.riccati.sampled_lqg import sampled_lqg
 from slewctl.errors import InputError, check_nonnegative, check_positive
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import RiccatiSolution
 from slewctl.plant import GeneralisedPlant, check_plant
 
@@ -125,7 +125,7 @@ def _checks(
     plant: GeneralisedPlant,
     regulator: RiccatiSolution,
     observer: RiccatiSolution,
-    system: control.StateSpace,
+    system: LinearSystem,
 ) -> tuple[Check, ...]:
     expected = optimal_cost(plant, regulator, observer)
     achieved = closed_cost(plant, system).value

@@ -182,7 +182,7 @@ def check_finite_cost(plant: GeneralisedPlant) -> None:
     if not plant.sample_time and len(passed):
         z, w = (int(i) for i in passed[0])
         raise DesignError(
-            f"{plant.system.input_labels[w]} reaches {plant.system.output_labels[z]} without "
+            f"{plant.linear.input_labels[w]} reaches {plant.linear.output_labels[z]} without "
             "delay: white noise gives it an infinite variance",
             where="D11",
             remedy="put a lag between them, or leave that output out of z",

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
 
-import control
 import numpy as np
 
 from slewctl._types import Array
@@ -26,6 +25,7 @@ from slewctl.design.result import Check, Controller, finished
 from slewctl.design.riccati.integral_action import INTEGRAL_STATE, angle_sensor, slowest_motion
 from slewctl.design.riccati.lqr_kalman import check_assumptions
 from slewctl.errors import check_positive
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import RiccatiSolution, solve_discrete_riccati
 from slewctl.plant import GeneralisedPlant, SampledPlant, sampled_plant, split_delay
 
@@ -193,11 +193,11 @@ class _Design:
         B = self.dynamics[1]
         return float((B.T @ self.regulator.X)[0, -1] * self.T / self._price[0, 0])
 
-    def system(self) -> control.StateSpace:
+    def system(self) -> LinearSystem:
         """Return the controller: states x̂_{k|k−1}, inputs on their way, σ_k."""
         F, G, H, J = self._observer
-        states = [f"{state}_estimate" for state in self.whole.control_path.state_labels]
-        return control.StateSpace(
+        states = [f"{state}_estimate" for state in self.whole.path.state_labels]
+        return LinearSystem(
             F - H @ (self._gain - J @ self._seen),
             G - H @ J,
             J @ self._seen - self._gain,

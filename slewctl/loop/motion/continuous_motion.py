@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-import control
 import numpy as np
 
 from slewctl._types import Array, IntArray
@@ -14,7 +13,8 @@ from slewctl.loop.motion.decoupled import decoupled
 from slewctl.loop.motion.extremes import Part
 from slewctl.loop.motion.modal_motion import Motion, driven
 from slewctl.loop.motion.slew_inputs import TIP, WATCHED, Slew, signals, told
-from slewctl.plant import state_space
+from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.statespace import arm_equations
 
 # Where a search first cuts the slew, in fractions of it …
 _TURNING = np.linspace(0.0, 1.0, 33)
@@ -98,11 +98,11 @@ class ContinuousMotion:
         return t, found
 
 
-def tracking_system(loop: Loop) -> control.StateSpace:
+def tracking_system(loop: Loop) -> LinearSystem:
     """Return the loop from [sensor references, feedforward] to `WATCHED` and the actuator."""
     actuator = loop.objective.actuator
-    watched = state_space(loop.model, WATCHED, input=actuator, coordinates="modal")
-    G, K = loop.plant.control_path, loop.controller.system
+    watched = arm_equations(loop.model, WATCHED, actuator)
+    G, K = loop.plant.path, loop.controller.linear
     Ak, Bk, Ck, Dk = (np.asarray(m) for m in (K.A, K.B, K.C, K.D))
     B, C = np.asarray(G.B), np.asarray(G.C)
     A = np.block([[G.A + B @ Dk @ C, B @ Ck], [Bk @ C, Ak]])
@@ -110,7 +110,7 @@ def tracking_system(loop: Loop) -> control.StateSpace:
     outputs = np.block([[np.asarray(watched.C), np.zeros((len(WATCHED), K.nstates))], [Dk @ C, Ck]])
     through = np.zeros((len(WATCHED) + 1, inputs.shape[1]))
     through[-1] = np.concatenate([-Dk[0], [1.0]])
-    return control.StateSpace(
+    return LinearSystem(
         A,
         inputs,
         outputs,

@@ -20,7 +20,8 @@ from slewctl.loop.motion.extremes import Part
 from slewctl.loop.motion.modal_motion import Motion, decayed, driven, triangle
 from slewctl.loop.motion.slew_inputs import WATCHED, Slew, signals, told
 from slewctl.loop.sampled import SampledLoop
-from slewctl.plant import split_delay, state_space
+from slewctl.plant import split_delay
+from slewctl.plant.statespace import arm_equations
 
 # Relative: an instant this little after the end is the end.
 _ROUNDING = 1e-12
@@ -57,10 +58,10 @@ class SampledMotion:
     """
 
     def __init__(self, loop: SampledLoop, slew: Slew) -> None:
-        self._T, K = loop.sample_time, loop.controller.system
+        self._T, K = loop.sample_time, loop.controller.linear
         self._map, rows = loop.closed.A, signals(loop)
         model, actuator = loop.model, loop.objective.actuator
-        self._plant = state_space(model, WATCHED, input=actuator, coordinates="modal")
+        self._plant = arm_equations(model, WATCHED, actuator)
         self._outputs, self._through = rows[:, :-1] @ self._plant.C, rows[:, -1]
         whole, fraction = split_delay(self._T, loop.controller.delay)
         spans = ((fraction, whole + 1), (self._T - fraction, whole))

@@ -92,8 +92,8 @@ def destabilised_mode(loop: Loop, kept: int | None = None) -> DestabilisedMode |
     InputError
         If `kept` is not a whole number, or the controller is sampled.
     """
-    system = loop.controller.system
-    if not system.isctime():
+    system = loop.controller.linear
+    if system.sample_time:
         raise InputError(
             "the controller is sampled, its poles do not belong to modes of the arm",
             where="destabilised_mode",
@@ -147,7 +147,7 @@ class _Parts:
 
     @classmethod
     def of(cls, loop: Loop, kept: int) -> _Parts:
-        path, K = loop.plant.control_path, loop.controller.system
+        path, K = loop.plant.path, loop.controller.linear
         own = np.tile(np.arange(loop.model.n + 1), 2)
         return cls(
             np.asarray(path.A),

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
@@ -20,6 +19,7 @@ from slewctl.loop.robust.mu import Destabiliser, balanced_bound, lower_bound, up
 from slewctl.numerics.bilinear import Equivalent, equivalent
 from slewctl.numerics.frequency_response import FrequencyResponse
 from slewctl.numerics.hinf_norm import level_crossings
+from slewctl.numerics.linear_system import LinearSystem
 
 # The certified level above the largest upper bound found at one frequency, relative.
 LEVEL = 2e-5
@@ -55,7 +55,7 @@ class StructuredPeak:
 class _Matrix:
     """M of frequency, with bounds of its μ.  The system must be stable."""
 
-    def __init__(self, system: control.StateSpace) -> None:
+    def __init__(self, system: LinearSystem) -> None:
         self.response = FrequencyResponse(system)
         self.equivalent = equivalent(system)
         self.feedthrough = np.asarray(system.D).astype(complex)
@@ -123,12 +123,12 @@ def _in_s(poles: ComplexArray, step: float) -> ComplexArray:
     return np.asarray(np.log(poles[poles != 0]) / step)
 
 
-def structured_peak(system: control.StateSpace) -> StructuredPeak:
+def structured_peak(system: LinearSystem) -> StructuredPeak:
     """Return the largest μ of M(jω) over all ω for a diagonal of complex scalars.
 
     Parameters
     ----------
-    system : control.StateSpace
+    system : LinearSystem
         M, square and stable, continuous or sampled.
 
     Returns

@@ -15,22 +15,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_number
 from slewctl.loop.closed import UnstableLoopError
-from slewctl.loop.parts import negated
-from slewctl.loop.realisation import check_system, matrices
+from slewctl.loop.parts import System, negated, state_space
 from slewctl.loop.robust.mu_peak import StructuredPeak, structured_peak
 from slewctl.loop.robust.return_ratios import for_negative_feedback, one_loop, sensitivity
 from slewctl.loop.single.classical_margins import Margins, classical_margins
 from slewctl.loop.single.disk import disk_gains, disk_phase_deg
 from slewctl.loop.single.mode_names import Modes, modes_of_loop
 from slewctl.numerics.frequency_response import FrequencyResponse, axis_points, sample_time
+from slewctl.numerics.interconnect import side_by_side
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import stability_threshold
+
+if TYPE_CHECKING:
+    import control
 
 # The destabilised pole may lie this far from the axis, relative to its frequency.
 AXIS_TOLERANCE = 1e-6
@@ -113,7 +117,7 @@ class MultiloopMargins:
 
 
 def multiloop_margins(
-    loop: control.StateSpace, skew: float = 0.0, *, sign: int | None = None
+    loop: System, skew: float = 0.0, *, sign: int | None = None
 ) -> MultiloopMargins:
     """Return the margins of a loop that is broken at several channels.
 
@@ -149,7 +153,7 @@ def multiloop_margins(
 
 
 def multiloop_disk_margin(
-    loop: control.StateSpace, skew: float = 0.0, *, sign: int | None = None
+    loop: System, skew: float = 0.0, *, sign: int | None = None
 ) -> MultiloopDisk:
     """Return the multiloop disk margin alone (see `multiloop_margins`)."""
     loop = _checked(loop, sign)
@@ -200,10 +204,10 @@ def perturbation_system(disk: MultiloopDisk) -> control.StateSpace:
             remedy="ask for one of a loop with a finite critical frequency greater than zero",
         )
     factors = [_all_pass_factor(delta, disk) for delta in disk.perturbation]
-    return factors[0] if len(factors) == 1 else control.append(*factors)
+    return side_by_side(*factors).to_control()
 
 
-def _all_pass_factor(delta: complex, disk: MultiloopDisk) -> control.StateSpace:
+def _all_pass_factor(delta: complex, disk: MultiloopDisk) -> LinearSystem:
     """Return f of a real all-pass δ(s) that equals `delta` at the critical frequency."""
     omega = 2 * np.pi * (disk.frequency_hz or 0.0)
     angle, size = float(np.angle(delta)), abs(delta)
@@ -213,7 +217,7 @@ def _all_pass_factor(delta: complex, disk: MultiloopDisk) -> control.StateSpace:
     # f = 1 + δ/(1 − hδ) with δ = size (s − β)/(s + β) has one state.
     rest = 1 - (1 + disk.skew) / 2 * size
     pole = -beta * (2 - rest) / rest
-    return control.StateSpace(pole, 1.0, -2 * beta * size / rest**2, 1 + size / rest)
+    return LinearSystem(pole, 1.0, -2 * beta * size / rest**2, 1 + size / rest)
 
 
 def _of_channel(modes: Modes, channel: int) -> Modes:
@@ -222,7 +226,7 @@ def _of_channel(modes: Modes, channel: int) -> Modes:
     return Modes(modes.names, modes.rest, lambda omega: modes.parts(omega)[:, one, one])
 
 
-def _mode(loop: control.StateSpace, hertz: float | None) -> str:
+def _mode(loop: LinearSystem, hertz: float | None) -> str:
     if hertz is None:
         return ""
     value = FrequencyResponse(loop)(np.array([2 * np.pi * hertz]))
@@ -234,14 +238,14 @@ def _factors(delta: ComplexArray, sigma: float) -> ComplexArray:
         return np.asarray((1 + (1 - sigma) / 2 * delta) / (1 - (1 + sigma) / 2 * delta))
 
 
-def _closed(loop: control.StateSpace, factors: ComplexArray) -> ComplexArray:
+def _closed(loop: LinearSystem, factors: ComplexArray) -> ComplexArray:
     """Return the closed loop's A with each channel multiplied by its factor."""
-    A, B, C, D = matrices(loop)
+    A, B, C, D = loop.matrices
     return np.asarray(A - (B * factors) @ np.linalg.solve(np.eye(len(D)) + D * factors, C))
 
 
 def _on_axis(
-    loop: control.StateSpace, M: control.StateSpace, peak: StructuredPeak, factors: ComplexArray
+    loop: LinearSystem, M: LinearSystem, peak: StructuredPeak, factors: ComplexArray
 ) -> float:
     """Return how far from the axis, at ω, the closest pole of the changed loop lies."""
     omega, delta, step = peak.omega, peak.destabiliser.delta, sample_time(loop)
@@ -263,7 +267,7 @@ def _on_axis(
     )
 
 
-def _stable_inside(loop: control.StateSpace, alpha: float, sigma: float) -> bool:
+def _stable_inside(loop: LinearSystem, alpha: float, sigma: float) -> bool:
     """Whether the loop stays stable at corners and random points of the guaranteed disk."""
     n = loop.ninputs
     size = _INSIDE * alpha if np.isfinite(alpha) else 100.0
@@ -284,7 +288,7 @@ def _is_stable(A: ComplexArray | Array, step: float) -> bool:
     return bool(np.abs(poles).max() < 1 if step else poles.real.max() < 0)
 
 
-def _grows(S: control.StateSpace) -> complex | None:
+def _grows(S: LinearSystem) -> complex | None:
     """Return the pole that grows fastest, or None where all are stable."""
     A, step = np.asarray(S.A), sample_time(S)
     if not len(A):
@@ -296,7 +300,7 @@ def _grows(S: control.StateSpace) -> complex | None:
     return complex(poles[np.argmax(growth)])
 
 
-def _require_stable(loop: control.StateSpace, S: control.StateSpace) -> None:
+def _require_stable(loop: LinearSystem, S: LinearSystem) -> None:
     worst, step = _grows(S), sample_time(S)
     if worst is None:
         return
@@ -310,9 +314,9 @@ def _require_stable(loop: control.StateSpace, S: control.StateSpace) -> None:
     raise UnstableLoopError(what, where="multiloop_margins", remedy=remedy)
 
 
-def _checked(loop: control.StateSpace, sign: int | None) -> control.StateSpace:
+def _checked(given: object, sign: int | None) -> LinearSystem:
     """Return L for negative feedback; refuse what is no square system."""
-    check_system(loop, "multiloop_margins")
+    loop = state_space(given, "multiloop_margins")
     if loop.ninputs != loop.noutputs:
         raise InputError(
             f"a loop of {loop.noutputs} outputs and {loop.ninputs} inputs cannot be closed",
@@ -322,6 +326,6 @@ def _checked(loop: control.StateSpace, sign: int | None) -> control.StateSpace:
     return for_negative_feedback(loop, sign)
 
 
-def _shifted(S: control.StateSpace, shift: float) -> control.StateSpace:
-    A, B, C, D = matrices(S)
-    return control.StateSpace(A, B, C, D + shift * np.eye(len(D)), S.dt)
+def _shifted(S: LinearSystem, shift: float) -> LinearSystem:
+    A, B, C, D = S.matrices
+    return LinearSystem(A, B, C, D + shift * np.eye(len(D)), S.dt)

@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import control
 import numpy as np
 
 from slewctl._types import Array
@@ -27,6 +26,7 @@ from slewctl.loop.parts import Pair, Plant, System, arranged, order, paired, sta
 from slewctl.loop.realisation import Realisation, hertz, realisation
 from slewctl.loop.robust.mu import balanced_scales, minimised
 from slewctl.numerics.frequency_response import FrequencyResponse, sample_time
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import solve_riccati
 
 # Above this the gap is one: the graphs touch to working precision.
@@ -90,7 +90,7 @@ def nu_gap(
 
     Parameters
     ----------
-    first, second : GeneralisedPlant, control.StateSpace or control.TransferFunction
+    first, second : GeneralisedPlant, LinearSystem or control.TransferFunction
         With the same inputs and outputs, matched by name where both plants have names of
         their own, else by position; both continuous or sampled alike; without modes on the
         axis that the inputs do not reach or the outputs do not see.
@@ -126,12 +126,12 @@ class PlantGraph:
 
     Attributes
     ----------
-    system : control.StateSpace
+    system : LinearSystem
     realisation : Realisation
         In the units in which it is compared.
     """
 
-    system: control.StateSpace
+    system: LinearSystem
     realisation: Realisation
 
     @cached_property
@@ -146,7 +146,7 @@ class PlantGraph:
 
 
 def plant_graph(
-    system: control.StateSpace,
+    system: LinearSystem,
     *,
     output_scale: Sequence[float] | float = 1.0,
     input_scale: Sequence[float] | float = 1.0,
@@ -196,7 +196,7 @@ def gap_between(first: PlantGraph, second: PlantGraph) -> NuGap:
     )
 
 
-def _check_alike(first: control.StateSpace, second: control.StateSpace) -> None:
+def _check_alike(first: LinearSystem, second: LinearSystem) -> None:
     one, two = (f"{system.noutputs}×{system.ninputs}" for system in (first, second))
     clocks = sample_time(first), sample_time(second)
     if one != two or clocks[0] != clocks[1]:
@@ -219,8 +219,8 @@ def stability_margin_bpc(
 
     Parameters
     ----------
-    plant : GeneralisedPlant, control.StateSpace or control.TransferFunction
-    controller : Controller, control.StateSpace or control.TransferFunction
+    plant : GeneralisedPlant, LinearSystem or control.TransferFunction
+    controller : Controller, LinearSystem or control.TransferFunction
         Its signals are matched with the plant's by name where both have names of their own,
         else by position.
     sign : {-1, 1}, optional
@@ -292,7 +292,7 @@ def best_output_scale(
 
 
 def _units(
-    system: control.StateSpace,
+    system: LinearSystem,
     output_scale: Sequence[float] | float,
     input_scale: Sequence[float] | float,
 ) -> Array:

@@ -3,35 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.design import Controller
 from slewctl.errors import InputError
 from slewctl.loop.parts import Plant, System, arranged, feedback_sign, negated, paired
-from slewctl.loop.realisation import diagonal, matrices, product
+from slewctl.numerics.interconnect import diagonal, series
+from slewctl.numerics.linear_system import LinearSystem
+
+if TYPE_CHECKING:
+    import control
 
 _RETURNED = "returned_"
 
 
-def one_loop(loop: control.StateSpace, channel: int) -> control.StateSpace:
+def one_loop(loop: LinearSystem, channel: int) -> LinearSystem:
     """Return the return ratio of one channel with all others closed.
 
     Parameters
     ----------
-    loop : control.StateSpace
+    loop : LinearSystem
         L, closed by negative feedback.
     channel : int
         Counted from zero.
     """
-    A, B, C, D = matrices(loop)
+    A, B, C, D = loop.matrices
     others = [i for i in range(len(D)) if i != channel]
     back = np.eye(len(others)) + D[np.ix_(others, others)]
     _require_well_posed(back)
     u = -np.linalg.solve(back, np.hstack([C[others], D[others][:, [channel]]]))
-    return control.StateSpace(
+    return LinearSystem(
         A + B[:, others] @ u[:, :-1],
         B[:, [channel]] + B[:, others] @ u[:, -1:],
         C[[channel]] + D[[channel]][:, others] @ u[:, :-1],
@@ -64,7 +68,7 @@ def input_loop(
         If plant and controller do not fit together.
     """
     pair = paired(plant, controller, sign).on_one_clock()
-    return _labelled(product(pair.negative, pair.plant), pair.plant.input_labels)
+    return _labelled(series(pair.plant, pair.negative), pair.plant.input_labels)
 
 
 def output_loop(
@@ -72,7 +76,7 @@ def output_loop(
 ) -> control.StateSpace:
     """Return L = G K, the loop broken at the plant's outputs, its sensors (see `input_loop`)."""
     pair = paired(plant, controller, sign).on_one_clock()
-    return _labelled(product(pair.plant, pair.negative), pair.plant.output_labels)
+    return _labelled(series(pair.negative, pair.plant), pair.plant.output_labels)
 
 
 def input_output_loop(
@@ -84,7 +88,7 @@ def input_output_loop(
     """
     pair = paired(plant, controller, sign).on_one_clock()
     m, p = pair.plant.ninputs, pair.plant.noutputs
-    G, K = matrices(pair.plant), matrices(pair.negative)
+    G, K = pair.plant.matrices, pair.negative.matrices
     nothing = np.zeros
     C = np.vstack(
         [
@@ -94,16 +98,16 @@ def input_output_loop(
     )
     D = np.block([[nothing((m, m)), K[3]], [-G[3], nothing((p, p))]])
     # The plant takes u, the controller y.
-    both = control.StateSpace(diagonal(G[0], K[0]), diagonal(G[1], K[1]), C, D, pair.plant.dt)
+    both = LinearSystem(diagonal(G[0], K[0]), diagonal(G[1], K[1]), C, D, pair.plant.dt)
     return _labelled(both, [*pair.plant.input_labels, *pair.plant.output_labels])
 
 
-def for_negative_feedback(loop: control.StateSpace, sign: int | None) -> control.StateSpace:
+def for_negative_feedback(loop: LinearSystem, sign: int | None) -> LinearSystem:
     """Return a square return ratio L as it enters I + L, its outputs in the inputs' order.
 
     Parameters
     ----------
-    loop : control.StateSpace
+    loop : LinearSystem
         An output that returns the input x may be called x or ``returned_x``.
     sign : {-1, 1}, optional
         Of the feedback, −1 unless told otherwise.
@@ -117,12 +121,12 @@ def for_negative_feedback(loop: control.StateSpace, sign: int | None) -> control
     negative = feedback_sign(sign) < 0
     if loop.ninputs > 1:
         names = [label.removeprefix(_RETURNED) for label in loop.output_labels]
-        named = control.StateSpace(loop, inputs=list(loop.input_labels), outputs=names)
+        named = loop.named(outputs=names)
         loop = arranged(named, loop.input_labels, loop.input_labels, "loop")
     return loop if negative else negated(loop)
 
 
-def sensitivity(loop: control.StateSpace) -> control.StateSpace:
+def sensitivity(loop: LinearSystem) -> LinearSystem:
     """Return S = (I + L)⁻¹ of a square loop.
 
     Raises
@@ -130,12 +134,12 @@ def sensitivity(loop: control.StateSpace) -> control.StateSpace:
     InputError
         If the loop is not well posed: I + D is singular.
     """
-    A, B, C, D = matrices(loop)
+    A, B, C, D = loop.matrices
     back = np.eye(len(D)) + D
     _require_well_posed(back)
-    gain = np.linalg.solve(back, C)
-    inverse = np.linalg.inv(back)
-    return control.StateSpace(A - B @ gain, B @ inverse, -gain, inverse, loop.dt)
+    gain = np.asarray(np.linalg.solve(back, C), dtype=float)
+    inverse = np.asarray(np.linalg.inv(back), dtype=float)
+    return LinearSystem(A - B @ gain, B @ inverse, -gain, inverse, loop.dt)
 
 
 def _require_well_posed(back: Array) -> None:
@@ -147,7 +151,7 @@ def _require_well_posed(back: Array) -> None:
         )
 
 
-def _labelled(loop: control.StateSpace, labels: Sequence[str]) -> control.StateSpace:
+def _labelled(loop: LinearSystem, labels: Sequence[str]) -> control.StateSpace:
     """Return a return ratio with the names of what goes round it."""
     outputs = [f"{_RETURNED}{name}" for name in labels]
-    return control.StateSpace(loop, inputs=list(labels), outputs=outputs)
+    return loop.named(inputs=labels, outputs=outputs).to_control()

@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import control
 import numpy as np
 from scipy.linalg import schur, solve_sylvester
 
@@ -23,12 +22,14 @@ from slewctl._types import ComplexArray
 from slewctl.errors import AccuracyError, InputError, shown
 from slewctl.loop.closed import Loop, UnstableLoopError
 from slewctl.loop.parts import arranged
-from slewctl.loop.realisation import Realisation, diagonal, realisation
+from slewctl.loop.realisation import Realisation, realisation
 from slewctl.loop.single.classical_margins import Crossing, classical_margins
 from slewctl.loop.single.mode_names import mode_name
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
 from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.interconnect import diagonal
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import generalised_plant
 
 # Poles this much slower than the first flexible mode are at the origin.
@@ -204,16 +205,16 @@ class LeftOut:
             As `small_gain`.
         """
         check_model(design, "small_gain")
-        if not isinstance(loop, Loop) or loop.controller.system.isdtime(strict=True):
+        if not isinstance(loop, Loop) or loop.controller.sample_time:
             raise InputError(
                 f"{shown(loop)} is not a loop with a continuous controller",
                 where="small_gain",
                 remedy="close one, as in slewctl.close(truth, objective, controller)",
             )
-        objective, path = loop.objective, loop.plant.control_path
-        reduced = realisation(generalised_plant(design, objective).control_path, "small_gain")
+        objective, path = loop.objective, loop.plant.path
+        reduced = realisation(generalised_plant(design, objective).path, "small_gain")
         full = realisation(path, "small_gain")
-        K = arranged(loop.controller.system, path.output_labels, path.input_labels, "controller")
+        K = arranged(loop.controller.linear, path.output_labels, path.input_labels, "controller")
         closed = reduced.closed(realisation(K, "small_gain"))
         if not closed.stable:
             raise UnstableLoopError(
@@ -350,9 +351,7 @@ def _critical_scale(seen: Realisation) -> tuple[float, float | None]:
     if size * _LARGE < 1:
         return np.inf, None
     tame = 0.5 / size
-    up = classical_margins(
-        control.StateSpace(seen.A, -tame * seen.B, seen.C, -tame * seen.D)
-    ).gain_db
+    up = classical_margins(LinearSystem(seen.A, -tame * seen.B, seen.C, -tame * seen.D)).gain_db
     share = float(tame * 10 ** (up.value / 20))
     if share > _LARGE:
         share, up = np.inf, Crossing(np.inf, None)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-import control
 import numpy as np
 
 from slewctl._show import Tabular
@@ -32,6 +31,7 @@ from slewctl.loop.single.disk import disk_gains, disk_phase_deg, nearest
 from slewctl.loop.single.mode_names import Modes, modes_of_loop
 from slewctl.loop.single.perturbation import Perturbation
 from slewctl.loop.single.return_ratio import BrokenLoop
+from slewctl.numerics.linear_system import LinearSystem
 
 # |L| is one at all frequencies when it differs by no more than this and its rounding.
 _ALL_PASS = 1e-10
@@ -157,7 +157,7 @@ class Margins(Tabular):
 
 
 def classical_margins(
-    loop: control.StateSpace, *, skew: float = 0.0, modes: Modes | None = None
+    loop: LinearSystem, *, skew: float = 0.0, modes: Modes | None = None
 ) -> Margins:
     """Return the margins of a loop that is stable when closed.
 
@@ -167,7 +167,7 @@ def classical_margins(
 
     Parameters
     ----------
-    loop : control.StateSpace
+    loop : LinearSystem
         Return ratio L, one input and output, continuous or sampled, closed as 1 + L = 0.
         The caller decides stability first: an unstable loop has no margin.
     skew : float
@@ -226,21 +226,15 @@ def classical_margins(
     )
 
 
-def check_single(loop: control.StateSpace) -> None:
+def check_single(loop: LinearSystem) -> None:
     """Refuse what is not one loop of finite numbers with a known sample time."""
-    if not isinstance(loop, control.StateSpace) or loop.ninputs != 1 or loop.noutputs != 1:
+    if loop.ninputs != 1 or loop.noutputs != 1:
         raise InputError(
-            "the loop has several inputs or outputs, or is no state-space system",
+            "the loop has several inputs or outputs",
             where="margins",
             remedy="give one loop as a control.StateSpace, broken at one point",
         )
-    if loop.dt is True:
-        raise InputError(
-            "the sample time of the loop is not known",
-            where="margins",
-            remedy="give it in seconds, as the system's dt",
-        )
-    if not all(np.all(np.isfinite(getattr(loop, name))) for name in "ABCD"):
+    if not loop.finite:
         raise InputError(
             "the loop has entries that are not finite", where="margins", remedy="look at A, B, C, D"
         )

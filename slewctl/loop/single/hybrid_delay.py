@@ -12,24 +12,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import control
 import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError
-from slewctl.loop.realisation import product
 from slewctl.loop.single.crossings import crossings, log_gain, sampled
 from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.numerics.balance import balance
+from slewctl.numerics.interconnect import series
+from slewctl.numerics.linear_system import LinearSystem
 
 # Fractions of a sample at which the loop is examined, at least and at most.
 _LEAST, _MOST = 16, 64
 # Loops with more states than this are not asked for their poles again.
 _LARGE = 400
 _STEP = 1e-6
-LoopWithDelay = Callable[[float], control.StateSpace]
+LoopWithDelay = Callable[[float], LinearSystem]
 
 
 @dataclass(frozen=True)
@@ -122,14 +122,14 @@ def _enclosed(function: Callable[[float], float], start: float, end: float) -> f
         ) from error
 
 
-def _critical(system: control.StateSpace) -> float:
+def _critical(system: LinearSystem) -> float:
     """Return the frequency in rad/s of the closed-loop pole nearest to the unit circle."""
     loop = BrokenLoop(system)
     pole = loop.poles[np.argmax(loop.growth(loop.poles))]
     return float(abs(np.angle(1 + pole)) / loop.step)
 
 
-def _samples_to_limit(system: control.StateSpace) -> tuple[float, float | None]:
+def _samples_to_limit(system: LinearSystem) -> tuple[float, float | None]:
     """Return the delay margin in samples, not rounded, and its ω; (0, None) if unstable."""
     loop = BrokenLoop(system)
     if loop.unstable(1.0)[1]:
@@ -155,15 +155,15 @@ def _confirmed(loop_with_delay: LoopWithDelay, seconds: float) -> bool:
 
 
 def delayed_loop(
-    plant: control.StateSpace, controller: control.StateSpace, delay: float = 0.0
+    plant: LinearSystem, controller: LinearSystem, delay: float = 0.0
 ) -> LoopWithDelay:
     """Return the return ratio of a continuous plant under a sampled controller, by its delay.
 
     Parameters
     ----------
-    plant : control.StateSpace
+    plant : LinearSystem
         Continuous, one input.
-    controller : control.StateSpace
+    controller : LinearSystem
         Sampled, from the plant's outputs to its input, under negative feedback.
     delay : float
         In s, that the loop has already: from the sample to the input computed from it.
@@ -173,21 +173,21 @@ def delayed_loop(
     callable
         From additional delay in s to L = K·P as a sampled system, broken at the hold.
     """
-    step = float(controller.dt)
+    step = controller.sample_time
     A, B, C, D = (np.asarray(getattr(plant, name), dtype=float) for name in "ABCD")
     scale = balance(A)
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
 
-    def loop(more: float) -> control.StateSpace:
+    def loop(more: float) -> LinearSystem:
         P = sampled_with_delay(A, B, C, D, step, delay + more)
-        return product(controller, P)
+        return series(P, controller)
 
     return loop
 
 
 def sampled_with_delay(
     A: Array, B: Array, C: Array, D: Array, step: float, delay: float
-) -> control.StateSpace:
+) -> LinearSystem:
     """Return a continuous plant with a hold and a delay of its input, as sampled at kT.
 
     x_{k+1} = e^(AT)x_k + e^(A(T−m))Γ(m)u_{k−d−1} + Γ(T−m)u_{k−d} with the delay dT + m and
@@ -210,7 +210,7 @@ def sampled_with_delay(
     direct = np.zeros((len(C), n + waiting))
     direct[:, :n] = C
     if not waiting:
-        return control.StateSpace(big, later[1], direct, D, step)
+        return LinearSystem(big, later[1], direct, D, step)
     # Inputs on their way: the latest, u_{k−1}, first.
     big[n + 1 :, n:-1] = np.eye(waiting - 1)
     inputs[n] = 1
@@ -222,7 +222,7 @@ def sampled_with_delay(
     else:
         inputs[:n] += later[1]
     direct[:, n + waiting - 1] = D[:, 0]
-    return control.StateSpace(big, inputs, direct, np.zeros_like(D), step)
+    return LinearSystem(big, inputs, direct, np.zeros_like(D), step)
 
 
 def _held(A: Array, B: Array, h: float) -> tuple[Array, Array]:
@@ -232,7 +232,7 @@ def _held(A: Array, B: Array, h: float) -> tuple[Array, Array]:
     return whole[:n, :n], whole[:n, n:]
 
 
-def fastest_that_matters(plant: control.StateSpace, loop: control.StateSpace) -> float:
+def fastest_that_matters(plant: LinearSystem, loop: LinearSystem) -> float:
     """Return the highest frequency in rad/s, of crossings and of modes that L shows above 0.3.
 
     A mode above half the sampling frequency appears in L below it, with its own size.

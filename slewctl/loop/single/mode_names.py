@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import control
 import numpy as np
 from scipy.linalg import eig
 from scipy.optimize import linear_sum_assignment
@@ -20,6 +19,7 @@ from slewctl._types import Array, ComplexArray
 from slewctl.loop.parts import Pair
 from slewctl.numerics.balance import balance
 from slewctl.numerics.frequency_response import FrequencyResponse, sample_time
+from slewctl.numerics.linear_system import LinearSystem
 
 # A pole that is damped less than this rings, and is called a mode.
 _RINGS = 0.3
@@ -65,7 +65,7 @@ class Modes:
         return (self.rest, *self.names)[int(np.argmax(np.nan_to_num(shares, nan=0.0)))]
 
 
-def modes_of_loop(loop: control.StateSpace) -> Modes:
+def modes_of_loop(loop: LinearSystem) -> Modes:
     """Return the modes of a return ratio: its lightly damped poles."""
     ringing, step = _ringing(loop), sample_time(loop)
     names = tuple(mode_name(k + 1, hertz) for k, hertz in enumerate(ringing.hertz))
@@ -152,7 +152,7 @@ class _Ringing:
         return np.asarray(self.residues * one + paired * self.residues.conj() * other)
 
 
-def _ringing(system: control.StateSpace) -> _Ringing:
+def _ringing(system: LinearSystem) -> _Ringing:
     step = sample_time(system)
     scale = balance(np.asarray(system.A)) if system.nstates else np.ones(0)
     A = np.asarray(system.A, dtype=float) / scale[:, None] * scale

@@ -11,11 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import control
 import numpy as np
 
 from slewctl.loop.parts import static
 from slewctl.loop.single.return_ratio import BrokenLoop
+from slewctl.numerics.interconnect import parallel, series
+from slewctl.numerics.linear_system import LinearSystem
 
 # Nearer to zero than this, 1 + D has no inverse, and no pole is where it should be.
 _POSED = 1e-12
@@ -33,7 +34,7 @@ class Perturbation:
         a filter.  For the modulus a filter is added to L.
     value : complex
         Of the factor (modulus: of what is added) at the critical frequency.
-    system : control.StateSpace or None
+    system : LinearSystem or None
         The factor, or the added filter, as a real system; None for a turn and a delay,
         which no real-rational system is at all frequencies.
     pole : complex
@@ -46,7 +47,7 @@ class Perturbation:
 
     kind: Kind
     value: complex
-    system: control.StateSpace | None
+    system: LinearSystem | None
     pole: complex
     distance: float
 
@@ -68,7 +69,7 @@ def added(loop: BrokenLoop, omega: float) -> Perturbation | None:
     if not np.isfinite(value) or not len(loop.A):
         return None
     change = _all_pass(loop, value, omega)
-    changed = BrokenLoop(control.StateSpace(loop.system + change))
+    changed = BrokenLoop(parallel(loop.system, change))
     if abs(1 + changed.D) < _POSED:
         return None
     return _seen(loop, "modulus", value, change, changed.poles, omega)
@@ -92,14 +93,14 @@ def filtered(loop: BrokenLoop, skew: float, omega: float) -> Perturbation | None
     if room == 0:
         return None
     # f = 1 + δ/(1 − δ(1 + σ)/2)
-    change = control.StateSpace(
+    change = LinearSystem(
         delta.A + delta.B @ delta.C * (less / room),
         delta.B / room,
         delta.C / room,
         1 + delta.D / room,
         _dt(loop),
     )
-    changed = BrokenLoop(control.StateSpace(loop.system * change))
+    changed = BrokenLoop(series(change, loop.system))
     if abs(1 + changed.D) < _POSED:
         return None
     return _seen(loop, "disk", -1 / L, change, changed.poles, omega)
@@ -109,7 +110,7 @@ def _dt(loop: BrokenLoop) -> float:
     return loop.step or 0
 
 
-def _all_pass(loop: BrokenLoop, value: complex, omega: float) -> control.StateSpace:
+def _all_pass(loop: BrokenLoop, value: complex, omega: float) -> LinearSystem:
     """Return a real all-pass system of first order that has `value` at ω.
 
     c(s − a)/(s + a), with s = (z − 1)/(z + 1) for a sampled loop.
@@ -123,16 +124,16 @@ def _all_pass(loop: BrokenLoop, value: complex, omega: float) -> control.StateSp
     turn = angle if angle > 0 else angle + np.pi
     a = v / np.tan((np.pi - turn) / 2)
     if not loop.step:
-        return control.StateSpace(-a, 1.0, -2 * a * c, c, 0)
+        return LinearSystem(-a, 1.0, -2 * a * c, c, 0)
     pole = (1 - a) / (1 + a)
-    return control.StateSpace(pole, 1.0, c * (pole**2 - 1), c * pole, loop.step)
+    return LinearSystem(pole, 1.0, c * (pole**2 - 1), c * pole, loop.step)
 
 
 def _seen(
     loop: BrokenLoop,
     kind: Kind,
     value: complex,
-    system: control.StateSpace | None,
+    system: LinearSystem | None,
     poles: np.ndarray,
     omega: float,
 ) -> Perturbation:

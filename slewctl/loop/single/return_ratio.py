@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cached_property
 
-import control
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
@@ -16,6 +15,7 @@ from slewctl.numerics.frequency_response import (
     landmarks,
     sample_time,
 )
+from slewctl.numerics.linear_system import LinearSystem
 
 
 class BrokenLoop:
@@ -25,11 +25,11 @@ class BrokenLoop:
 
     Parameters
     ----------
-    loop : control.StateSpace
+    loop : LinearSystem
         One input and one output, continuous or sampled.
     """
 
-    def __init__(self, loop: control.StateSpace) -> None:
+    def __init__(self, loop: LinearSystem) -> None:
         self.system = loop
         self.step = sample_time(loop)
         scale = balance_system(*(np.asarray(getattr(loop, name)) for name in "ABC"))

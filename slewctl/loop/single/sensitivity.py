@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 
-import control
 import numpy as np
 from scipy.optimize import brentq
 
@@ -16,36 +15,37 @@ from slewctl._types import Array
 from slewctl.numerics.bilinear import equivalent
 from slewctl.numerics.frequency_response import FrequencyResponse, sample_time
 from slewctl.numerics.hinf_norm import Peak, level_crossings, peak_gain
+from slewctl.numerics.linear_system import LinearSystem
 
 # Where |S| is below this, feedback halves what a disturbance does, in power.
 BANDWIDTH_LEVEL = 1 / math.sqrt(2)
 
 
-def sensitivity(L: control.StateSpace) -> control.StateSpace:
+def sensitivity(L: LinearSystem) -> LinearSystem:
     """Return S = 1/(1 + L) of a single loop.
 
     Parameters
     ----------
-    L : control.StateSpace
+    L : LinearSystem
         Return ratio, 1 + L(∞) not zero; continuous or sampled.
     """
     A, B, C, D = (np.asarray(getattr(L, name)) for name in "ABCD")
     gain = 1 / (1 + D)
-    return control.StateSpace(A - B @ gain @ C, B @ gain, -gain @ C, gain, sample_time(L))
+    return LinearSystem(A - B @ gain @ C, B @ gain, -gain @ C, gain, sample_time(L))
 
 
-def sensitivity_peak(L: control.StateSpace) -> Peak:
+def sensitivity_peak(L: LinearSystem) -> Peak:
     """Return Ms = ‖S‖∞ of a stable loop and where it is reached: 1/Ms is min|1 + L|."""
     return peak_gain(sensitivity(L))
 
 
-def complementary_sensitivity_peak(L: control.StateSpace) -> Peak:
+def complementary_sensitivity_peak(L: LinearSystem) -> Peak:
     """Return Mt = ‖T‖∞, T = L/(1 + L), of a stable loop and where it is reached."""
     S = sensitivity(L)
-    return peak_gain(control.StateSpace(S.A, S.B, -S.C, 1 - np.asarray(S.D), sample_time(L)))
+    return peak_gain(LinearSystem(S.A, S.B, -S.C, 1 - np.asarray(S.D), sample_time(L)))
 
 
-def bandwidth(L: control.StateSpace) -> float:
+def bandwidth(L: LinearSystem) -> float:
     """Return the frequency in rad/s at which |S| first rises through 1/√2.
 
     Below it feedback acts (S. Skogestad and I. Postlethwaite, "Multivariable Feedback
@@ -54,7 +54,7 @@ def bandwidth(L: control.StateSpace) -> float:
 
     Parameters
     ----------
-    L : control.StateSpace
+    L : LinearSystem
         Return ratio of a stable loop, continuous or sampled.
     """
     S = sensitivity(L)

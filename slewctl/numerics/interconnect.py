@@ -1,0 +1,101 @@
+"""Systems put together: in series, in parallel, side by side, and in a loop."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from slewctl._types import Array
+from slewctl.numerics.linear_system import LinearSystem
+
+
+class AlgebraicLoopError(ValueError):
+    """A loop without delay whose equations have no unique solution."""
+
+
+def series(first: LinearSystem, second: LinearSystem) -> LinearSystem:
+    """Return second·first: what `first` gives is what `second` takes.
+
+    Parameters
+    ----------
+    first, second : LinearSystem
+        As many outputs as inputs, on one clock.
+    """
+    none = np.zeros((first.nstates, second.nstates))
+    return LinearSystem(
+        np.block([[first.A, none], [second.B @ first.C, second.A]]),
+        np.vstack([first.B, second.B @ first.D]),
+        np.hstack([second.D @ first.C, second.C]),
+        second.D @ first.D,
+        first.dt if first.dt is not None else second.dt,
+        inputs=first.input_labels,
+        outputs=second.output_labels,
+    )
+
+
+def parallel(first: LinearSystem, second: LinearSystem) -> LinearSystem:
+    """Return first + second, of equal shapes and on one clock."""
+    return LinearSystem(
+        diagonal(first.A, second.A),
+        np.vstack([first.B, second.B]),
+        np.hstack([first.C, second.C]),
+        first.D + second.D,
+        first.dt if first.dt is not None else second.dt,
+        inputs=first.input_labels,
+        outputs=first.output_labels,
+    )
+
+
+def side_by_side(*systems: LinearSystem) -> LinearSystem:
+    """Return systems that have nothing to do with each other as one, on one clock."""
+    A, B, C, D = (diagonal(*part) for part in zip(*(s.matrices for s in systems), strict=True))
+    return LinearSystem(A, B, C, D, systems[0].dt)
+
+
+def lft(plant: LinearSystem, controller: LinearSystem) -> LinearSystem:
+    """Return the lower linear fractional transformation: the controller closed around a plant.
+
+    Parameters
+    ----------
+    plant : LinearSystem
+        From [w, u] to [z, y], where the controller takes the last outputs, y, and gives the
+        last inputs, u.
+    controller : LinearSystem
+        u = K y: connected with a plus sign, on the plant's clock.
+
+    Raises
+    ------
+    AlgebraicLoopError
+        If I − D_K D₂₂ is singular.
+    """
+    Ak, Bk, Ck, Dk = controller.matrices
+    w, z = plant.ninputs - controller.noutputs, plant.noutputs - controller.ninputs
+    B1, B2 = plant.B[:, :w], plant.B[:, w:]
+    (C1, C2), D = (plant.C[:z], plant.C[z:]), plant.D
+    n, k = plant.nstates, controller.nstates
+    # u = Dk (C₂ x + D₂₁ w + D₂₂ u) + Ck x_k, solved for u.
+    round_trip = Dk @ D[z:, w:]
+    left = np.eye(len(Dk)) - round_trip
+    smallest = np.linalg.svd(left, compute_uv=False).min(initial=np.inf)
+    if smallest <= 4 * np.finfo(float).eps * (1 + np.linalg.norm(round_trip)):
+        raise AlgebraicLoopError
+    u = np.linalg.solve(left, np.hstack([Dk @ C2, Ck, Dk @ D[z:, :w]]))
+    moved = np.hstack([plant.A, np.zeros((n, k)), B1]) + B2 @ u
+    seen = np.hstack([C1, np.zeros((z, k)), D[:z, :w]]) + D[:z, w:] @ u
+    y = np.hstack([C2, np.zeros((len(C2), k)), D[z:, :w]]) + D[z:, w:] @ u
+    own = np.hstack([np.zeros((k, n)), Ak, np.zeros((k, w))]) + Bk @ y
+    moved = np.vstack([moved, own])
+    return LinearSystem(
+        moved[:, : n + k],
+        moved[:, n + k :],
+        seen[:, : n + k],
+        seen[:, n + k :],
+        plant.dt,
+        inputs=plant.input_labels[:w],
+        outputs=plant.output_labels[:z],
+    )
+
+
+def diagonal(*blocks: Array) -> Array:
+    """Return a block-diagonal matrix; blocks without rows or columns keep their other size."""
+    return np.asarray(block_diag(*blocks), dtype=float)
