@@ -60,7 +60,7 @@ def achieved(
 
 def _loop(plant: GeneralisedPlant, system: LinearSystem) -> tuple[Array, Array, Array, Array]:
     """Return A, B, C and D of the loop from w to z."""
-    loop: LinearSystem = plant.close(system)
+    loop: LinearSystem = plant.close(plant.fitting(system, plant.sample_time or None))
     return loop.matrices
 
 

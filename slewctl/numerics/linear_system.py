@@ -185,7 +185,7 @@ class _Given:
         if owner is None:
             return self
         kept = vars(owner)
-        if "_given" not in kept:
+        if "_given" not in kept:  # made of the light form
             kept["_given"] = kept["_linear"].to_control()
         return kept["_given"]
 

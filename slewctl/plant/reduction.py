@@ -27,13 +27,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from slewctl._types import Array
-from slewctl.errors import (
-    AccuracyError,
-    InputError,
-    check_choice,
-    check_count,
-    shown,
-)
+from slewctl.errors import AccuracyError, InputError, check_choice, check_count, shown
 from slewctl.numerics.linear_system import (
     LinearSystem,
     WithSystem,

@@ -83,7 +83,7 @@ def test_static_correction_in_the_loop_is_the_same_from_both_sides() -> None:
     plain = design_model(truth_with(0.0), OBJECTIVE, "modal-truncation", 2)
     own = plain.controller("lqg", {}).system
     corrected = design.controller("lqg", {}).system
-    inside = control.feedback(plain.control_path, own, sign=1)
+    inside = control.feedback(plain.path.to_control(), own, sign=1)
     outside = control.feedback(design.control_path, corrected, sign=1)
     assert np.any(np.asarray(design.control_path.D))
     assert_allclose(

@@ -167,7 +167,7 @@ def test_a_controller_of_the_scaled_plant_is_taken_back() -> None:
         inputs=["theta", "tip"], outputs=["torque"],
     )  # fmt: skip
     outer = s.controller(inner)
-    assert (outer.input_labels, outer.output_labels) == (["theta", "tip"], ["torque"])
+    assert (outer.input_labels, outer.output_labels) == (("theta", "tip"), ("torque",))
     ours = transfer(outer, POINTS)
     theirs = s.control_unit @ transfer(inner, POINTS / s.rate) @ np.linalg.inv(s.sensor_unit)
     np.testing.assert_allclose(ours, theirs, rtol=1e-10)

@@ -13,11 +13,16 @@ from slewctl import ClampedFree, assemble, close, generalised_plant, lqg, truth
 from slewctl.errors import InputError
 from slewctl.loop import UnstableLoopError
 from slewctl.loop.margin_functions import hybrid_delay_margin, margins
-from slewctl.loop.parts import static
+from slewctl.loop.parts import state_space, static
 from slewctl.loop.single.hybrid_delay import delayed_loop, sampled_with_delay, smallest_delay
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import sampled_plant
 
 S = control.tf("s")
+
+
+def light(system: object) -> LinearSystem:
+    return state_space(system, "loop")
 
 
 def radius(loop: control.StateSpace) -> float:
@@ -25,7 +30,7 @@ def radius(loop: control.StateSpace) -> float:
 
 
 def continuous(loop: FlexibleLoop) -> control.StateSpace:
-    one = static(1.0)
+    one = static(1.0).to_control()
     return FlexibleLoop(loop.omega, loop.zeta, loop.residues, one).plant
 
 
@@ -57,8 +62,10 @@ def test_whole_samples_multiply_by_powers_of_z() -> None:
     A, B, C, D = (np.asarray(getattr(plant, n)) for n in "ABCD")
     z = np.exp(0.7j)
     for part in (0.0, 0.03):
-        direct = sampled_with_delay(A, B, C, D, 0.1, 0.2 + part)(z)
-        assert direct == pytest.approx(sampled_with_delay(A, B, C, D, 0.1, part)(z) / z**2)
+        direct = sampled_with_delay(A, B, C, D, 0.1, 0.2 + part).to_control()(z)
+        assert direct == pytest.approx(
+            sampled_with_delay(A, B, C, D, 0.1, part).to_control()(z) / z**2
+        )
 
 
 @pytest.mark.parametrize("seed", [30, 34])
@@ -67,7 +74,7 @@ def test_stable_at_every_smaller_delay_and_unstable_beyond(seed: int) -> None:
     for loop in random_flexible_loops(seed, 30, 12):
         if not loop.step or not np.all(np.abs(loop.closed_poles) < 1):
             continue
-        with_delay = delayed_loop(continuous(loop), loop.controller)
+        with_delay = delayed_loop(light(continuous(loop)), light(loop.controller))
         found = hybrid_delay_margin(continuous(loop), loop.controller)
         assert found.confirmed
         if found.seconds > 30 * loop.step:
@@ -96,7 +103,7 @@ def test_a_mode_above_half_the_sampling_frequency_counts() -> None:
     P = 1 / (S + 1) - 12.0 / (S**2 + 0.4 * S + 38.0**2)
     K = control.tf([3.0], [1.0], 0.1)
     found = hybrid_delay_margin(P, K)
-    with_delay = delayed_loop(control.ss(P), control.ss(K))
+    with_delay = delayed_loop(light(control.ss(P)), light(control.ss(K)))
     first = next(d for d in np.arange(1, 1000) * 1e-4 if radius(with_delay(d)) >= 1)
     assert first - 1e-4 <= found.seconds <= first
     # Between the hold and the computer a whole sample is stood, and twice the time.
@@ -131,7 +138,7 @@ def test_smallest_delay_takes_any_loop() -> None:
     """A loop given by hand: a pure delay of whole samples, L = k z^(−1−d)."""
 
     def loop(delay: float) -> control.StateSpace:
-        return delayed_loop(control.ss(2.0 / (S + 1)), static(3.0, 0.2))(delay)
+        return delayed_loop(light(control.ss(2.0 / (S + 1))), static(3.0, 0.2))(delay)
 
     found = smallest_delay(loop, 0.2)
     assert radius(loop(found.seconds * (1 - 1e-6))) < 1 < radius(loop(found.seconds * (1 + 1e-6)))
@@ -160,7 +167,7 @@ def test_a_controller_with_a_pole_at_minus_one(lag: float) -> None:
     """Infinite at half the sampling frequency: less than a sample is stood, and the poles say it."""
     P, K = control.ss(1 / (lag * S + 1)), control.tf([0.1], [1, 1], 0.1)
     found = hybrid_delay_margin(P, K)
-    with_delay = delayed_loop(P, control.ss(K))
+    with_delay = delayed_loop(light(P), light(control.ss(K)))
     for delay in np.linspace(0, found.seconds * (1 - 1e-6), 20):
         assert radius(with_delay(delay)) < 1
     assert radius(with_delay(found.seconds * (1 + 1e-6))) > 1

@@ -27,7 +27,7 @@ from slewctl import (
     truth,
 )
 from slewctl.loop import classical_margins
-from slewctl.loop.parts import static
+from slewctl.loop.parts import state_space, static
 from slewctl.loop.robust.multiloop import (
     MultiloopDisk,
     multiloop_disk_margin,
@@ -48,14 +48,14 @@ BRACKET = 1e-4
 def satellite(a: float) -> tuple[control.StateSpace, control.StateSpace]:
     """The spinning satellite, and its controller for negative feedback."""
     plant = control.ss([[0, a], [-a, 0]], np.eye(2), [[1, a], [-a, 1]], np.zeros((2, 2)))
-    return plant, static(np.eye(2))
+    return plant, static(np.eye(2)).to_control()
 
 
 def sampled(loop: control.StateSpace, fraction: float = 0.02) -> control.StateSpace | None:
     """The loop sampled often enough to stay stable, if it does."""
     step = fraction / np.abs(loop.poles()).max() ** 0.5
     discrete = loop.sample(step)
-    poles = sensitivity(discrete).poles()
+    poles = sensitivity(state_space(discrete, "loop")).poles()
     return discrete if np.abs(poles).max() < 1 - 1e-9 else None
 
 
@@ -146,13 +146,15 @@ def test_a_channel_alone_bears_no_less_than_all_together(loop: control.StateSpac
     margins = multiloop_margins(loop)
     for single in margins.one_at_a_time:
         assert single.disk.value >= margins.disk.guaranteed
-    plain = 1 / np.linalg.norm(np.asarray(sensitivity(loop).D) - 0.5 * np.eye(2), 2)
+    plain = 1 / np.linalg.norm(
+        np.asarray(sensitivity(state_space(loop, "loop")).D) - 0.5 * np.eye(2), 2
+    )
     assert margins.disk.guaranteed <= plain * (1 + 1e-9)
 
 
 def test_a_single_channel_has_the_disk_margin_of_a_single_loop() -> None:
     for loop in stable_multiloops(6, 4, modes=(2, 10)):
-        one = one_loop(loop, 1)
+        one = one_loop(state_space(loop, "loop"), 1)
         single, multi = classical_margins(one).disk, multiloop_disk_margin(one)
         assert multi.guaranteed <= single.value * (1 + 1e-9)
         assert multi.reached == pytest.approx(single.value, rel=BRACKET)
@@ -177,7 +179,7 @@ def test_the_real_perturbation_puts_a_pair_of_poles_on_the_axis(loop: control.St
     assert at == pytest.approx(np.array(disk.factors), rel=1e-9)
     deltas = (at - 1) / (1 + (at - 1) / 2)
     assert np.abs(deltas) == pytest.approx(disk.reached, rel=1e-9)
-    poles = sensitivity(loop * factors).poles()
+    poles = sensitivity(state_space(loop * factors, "loop")).poles()
     assert np.abs(poles - 1j * omega).min() < 1e-6 * omega
     assert np.abs(poles + 1j * omega).min() < 1e-6 * omega
 
@@ -195,7 +197,7 @@ def test_plant_and_controller_are_connected_with_the_sign_given() -> None:
         assert input_output_loop(plant, controller, sign=sign)(s) == pytest.approx(both)
     assert input_loop(plant, controller)(s) == pytest.approx(K @ G)
     poles = [
-        np.sort_complex(sensitivity(opened(plant, controller, sign=1)).poles())
+        np.sort_complex(sensitivity(state_space(opened(plant, controller, sign=1), "loop")).poles())
         for opened in (input_loop, output_loop, input_output_loop)
     ]
     assert poles[0] == pytest.approx(poles[1])
@@ -234,7 +236,9 @@ def test_closing_the_other_channels() -> None:
     for i in range(3):
         others = [j for j in range(3) if j != i]
         inner = np.linalg.solve(np.eye(2) + L[np.ix_(others, others)], L[others, i])
-        assert one_loop(loop, i)(s) == pytest.approx(L[i, i] - L[i, others] @ inner)
+        assert one_loop(state_space(loop, "loop"), i).to_control()(s) == pytest.approx(
+            L[i, i] - L[i, others] @ inner
+        )
 
 
 @given(st.floats(-0.9, 3.0), st.floats(-0.9, 3.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
@@ -257,6 +261,12 @@ def test_static_loops(a: float, b: float, c: float, d: float) -> None:
     assert found.on_axis < 1e-6
 
 
+def test_a_transfer_function_is_a_loop_too() -> None:
+    L = control.tf([2.0], [1, 1, 0.5])
+    of_function, of_states = multiloop_disk_margin(L), multiloop_disk_margin(control.ss(L))
+    assert of_function.reached == pytest.approx(of_states.reached, rel=1e-9)
+
+
 def test_what_cannot_be_answered_is_refused() -> None:
     loop = next(stable_multiloops(1, 1))
     with pytest.raises(UnstableLoopError, match="unstable at"):
@@ -266,12 +276,12 @@ def test_what_cannot_be_answered_is_refused() -> None:
     with pytest.raises(InputError, match="well posed"):
         multiloop_margins(control.ss(loop.A, loop.B, loop.C, -np.eye(2)))
     with pytest.raises(InputError, match=r"control\.StateSpace"):
-        multiloop_margins(control.tf([1], [1, 1]))
+        multiloop_margins("L")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="skew"):
         multiloop_margins(loop, np.nan)
     plant, controller = satellite(10.0)
     with pytest.raises(InputError, match="does not fit"):
-        input_loop(plant, one_loop(loop, 0))
+        input_loop(plant, one_loop(state_space(loop, "loop"), 0))
     with pytest.raises(InputError, match="sample"):
         input_loop(plant, static(np.eye(2), 0.1))
     at_rest = multiloop_disk_margin(input_loop(plant, controller), -1.0)

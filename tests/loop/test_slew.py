@@ -184,7 +184,7 @@ def test_response_agrees_with_python_controls_on_fine_inputs() -> None:
             for at in zip(angle, rate, acceleration, strict=True)
         ]
     ).T
-    theirs = control.forced_response(tracking_system(loop), t, inputs).outputs
+    theirs = control.forced_response(tracking_system(loop).to_control(), t, inputs).outputs
     np.testing.assert_allclose(ours.tip, theirs[2][::128], atol=1e-6)
 
 

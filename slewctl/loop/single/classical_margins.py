@@ -16,6 +16,7 @@ import numpy as np
 from slewctl._show import Tabular
 from slewctl._types import Array
 from slewctl.errors import InputError, check_number
+from slewctl.loop.parts import System, state_space
 from slewctl.loop.single import perturbation
 from slewctl.loop.single.confirm import Limit, gain_doubts, phase_doubts
 from slewctl.loop.single.crossings import (
@@ -156,9 +157,7 @@ class Margins(Tabular):
         return disk_phase_deg(self.disk.value, self.skew)
 
 
-def classical_margins(
-    loop: LinearSystem, *, skew: float = 0.0, modes: Modes | None = None
-) -> Margins:
+def classical_margins(loop: System, *, skew: float = 0.0, modes: Modes | None = None) -> Margins:
     """Return the margins of a loop that is stable when closed.
 
     Gain and phase margins are exact to rounding, typically 1e-9 relative, and modulus and
@@ -167,7 +166,7 @@ def classical_margins(
 
     Parameters
     ----------
-    loop : LinearSystem
+    loop : control.StateSpace or control.TransferFunction
         Return ratio L, one input and output, continuous or sampled, closed as 1 + L = 0.
         The caller decides stability first: an unstable loop has no margin.
     skew : float
@@ -185,9 +184,10 @@ def classical_margins(
         If the loop has several inputs or outputs, an unknown sample time, an entry that is
         not finite, or feedthrough −1, for which 1 + L has no inverse.
     """
-    check_single(loop)
+    light = state_space(loop, "margins")
+    check_single(light)
     check_number(skew, "skew")
-    broken = BrokenLoop(loop)
+    broken = BrokenLoop(light)
     if abs(1 + broken.D) <= 4 * np.finfo(float).eps:
         raise InputError(
             "the feedthrough of L is -1, so that 1 + L has no inverse",
@@ -197,7 +197,7 @@ def classical_margins(
     samples = sampled(broken)
     gain = crossings(broken, samples, log_gain)
     limits = _gain_limits(broken, truly_real(broken, crossings(broken, samples, sine)))
-    report = _Report(broken, modes or modes_of_loop(loop))
+    report = _Report(broken, modes or modes_of_loop(light))
     modulus, disk = nearest(broken, samples, 1.0), nearest(broken, samples, skew)
     turns = -np.angle(-broken.response(gain.omega))
     doubts = gain_doubts(broken, limits)
@@ -233,10 +233,6 @@ def check_single(loop: LinearSystem) -> None:
             "the loop has several inputs or outputs",
             where="margins",
             remedy="give one loop as a control.StateSpace, broken at one point",
-        )
-    if not loop.finite:
-        raise InputError(
-            "the loop has entries that are not finite", where="margins", remedy="look at A, B, C, D"
         )
 
 

@@ -9,20 +9,24 @@ from a state matrix: it must lie on the axis, or the unit circle.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from slewctl.loop.parts import static
 from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.numerics.interconnect import parallel, series
-from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.linear_system import LinearSystem, holding_light
+
+if TYPE_CHECKING:
+    import control
 
 # Nearer to zero than this, 1 + D has no inverse, and no pole is where it should be.
 _POSED = 1e-12
 Kind = Literal["gain", "phase", "delay", "modulus", "disk"]
 
 
+@holding_light
 @dataclass(frozen=True, eq=False)
 class Perturbation:
     """A change of the loop that puts a closed-loop pole on the stability limit.
@@ -34,7 +38,7 @@ class Perturbation:
         a filter.  For the modulus a filter is added to L.
     value : complex
         Of the factor (modulus: of what is added) at the critical frequency.
-    system : LinearSystem or None
+    system : control.StateSpace or None
         The factor, or the added filter, as a real system; None for a turn and a delay,
         which no real-rational system is at all frequencies.
     pole : complex
@@ -47,7 +51,7 @@ class Perturbation:
 
     kind: Kind
     value: complex
-    system: LinearSystem | None
+    system: control.StateSpace | None
     pole: complex
     distance: float
 
