@@ -84,8 +84,8 @@ def test_static_correction_in_the_loop_is_the_same_from_both_sides() -> None:
     own = plain.controller("lqg", {}).system
     corrected = design.controller("lqg", {}).system
     inside = control.feedback(plain.path.to_control(), own, sign=1)
-    outside = control.feedback(design.control_path, corrected, sign=1)
-    assert np.any(np.asarray(design.control_path.D))
+    outside = control.feedback(design.path.to_control(), corrected, sign=1)
+    assert np.any(np.asarray(design.path.D))
     assert_allclose(
         np.sort_complex(outside.poles()), np.sort_complex(inside.poles()), rtol=1e-6, atol=1e-8
     )
