@@ -7,81 +7,86 @@ small one, and judge every controller on a converged model of the same arm::
         → close(truth(arm), objective, controller) → loop.stable, loop.margins, loop.h2
 """
 
+from typing import TYPE_CHECKING
+
 import slewctl._interrupt  # noqa: F401  (first: a Ctrl-C may come while the rest loads)
-from slewctl.arm import (
-    Arm,
-    Beam,
-    Hub,
-    KelvinVoigt,
-    Motor,
-    Payload,
-    Rayleigh,
-    Stations,
-    vary,
-)
-from slewctl.arm import catalogue as arms
-from slewctl.basis import ArmMatched, ClampedFree, HubMatched, Polynomial, Slewing, WithStatic
-from slewctl.design import (
-    Controller,
-    h2_estimator,
-    h2_hinf,
-    h2_lmi,
-    h2_region,
-    h2_state_feedback,
-    kalman,
-    lead,
-    lqg,
-    lqr,
-    payload_lmi,
-    pd_notch,
-    place,
-    place_observer,
-    pole_placement,
-    pole_sensitivity,
-    positive_position,
-    variance_bound,
-)
-from slewctl.errors import AccuracyError, DesignError, InputError, SlewctlError
-from slewctl.loop import (
-    Loop,
-    Margins,
-    SampledLoop,
-    Slew,
-    Swing,
-    UnstableLoopError,
-    close,
-    multiloop_margins,
-    nu_gap,
-    residual_modes,
-    simulate_slew,
-    simulate_swing,
-    small_gain,
-    stability_margin_bpc,
-)
-from slewctl.loop.margin_functions import hybrid_delay_margin, margins
-from slewctl.measured.fit import fit
-from slewctl.measured.fit_result import Fit
-from slewctl.model import (
-    Model,
-    NonlinearModel,
-    Truth,
-    arm_modes,
-    assemble,
-    hub_locked_frequencies_hz,
-    large_slew,
-    spin_frequencies_hz,
-    truth,
-)
-from slewctl.plant import (
-    GeneralisedPlant,
-    Objective,
-    balanced_truncation,
-    generalised_plant,
-    modal_truncation,
-    nonlinear_system,
-    sampled_plant,
-    state_space,
-)
+from slewctl._lazy import attach
+
+if TYPE_CHECKING:
+    from slewctl.arm import (
+        Arm,
+        Beam,
+        Hub,
+        KelvinVoigt,
+        Motor,
+        Payload,
+        Rayleigh,
+        Stations,
+        vary,
+    )
+    from slewctl.arm import catalogue as arms
+    from slewctl.basis import ArmMatched, ClampedFree, HubMatched, Polynomial, Slewing, WithStatic
+    from slewctl.design import (
+        Controller,
+        h2_estimator,
+        h2_hinf,
+        h2_lmi,
+        h2_region,
+        h2_state_feedback,
+        kalman,
+        lead,
+        lqg,
+        lqr,
+        payload_lmi,
+        pd_notch,
+        place,
+        place_observer,
+        pole_placement,
+        pole_sensitivity,
+        positive_position,
+        variance_bound,
+    )
+    from slewctl.errors import AccuracyError, DesignError, InputError, SlewctlError
+    from slewctl.loop import (
+        Loop,
+        Margins,
+        SampledLoop,
+        Slew,
+        Swing,
+        UnstableLoopError,
+        close,
+        multiloop_margins,
+        nu_gap,
+        residual_modes,
+        simulate_slew,
+        simulate_swing,
+        small_gain,
+        stability_margin_bpc,
+    )
+    from slewctl.loop.margin_functions import hybrid_delay_margin, margins
+    from slewctl.measured.fit import fit
+    from slewctl.measured.fit_result import Fit
+    from slewctl.model import (
+        Model,
+        NonlinearModel,
+        Truth,
+        arm_modes,
+        assemble,
+        hub_locked_frequencies_hz,
+        large_slew,
+        spin_frequencies_hz,
+        truth,
+    )
+    from slewctl.plant import (
+        GeneralisedPlant,
+        Objective,
+        balanced_truncation,
+        generalised_plant,
+        modal_truncation,
+        nonlinear_system,
+        sampled_plant,
+        state_space,
+    )
 
 __version__ = "0.1.0"
 
@@ -160,3 +165,5 @@ __all__ = [
     "variance_bound",
     "vary",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

@@ -1,11 +1,16 @@
 """What an arm is: its parts, and a catalogue of arms with their sources."""
 
-from slewctl.arm.damping import KelvinVoigt, Rayleigh
-from slewctl.arm.lumped import LumpedLink, quanser_lumped
-from slewctl.arm.motor import Motor
-from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
-from slewctl.arm.profiles import Profile, ProfileSpec
-from slewctl.arm.variation import vary
+from typing import TYPE_CHECKING
+
+from slewctl._lazy import attach
+
+if TYPE_CHECKING:
+    from slewctl.arm.damping import KelvinVoigt, Rayleigh
+    from slewctl.arm.lumped import LumpedLink, quanser_lumped
+    from slewctl.arm.motor import Motor
+    from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
+    from slewctl.arm.profiles import Profile, ProfileSpec
+    from slewctl.arm.variation import vary
 
 __all__ = [
     "Arm",
@@ -22,3 +27,5 @@ __all__ = [
     "quanser_lumped",
     "vary",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

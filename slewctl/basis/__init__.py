@@ -1,41 +1,20 @@
 """Admissible functions, one file per basis, behind one narrow contract."""
 
-from slewctl.basis.arm_matched import ArmMatched
-from slewctl.basis.clamped_free import ClampedFree
-from slewctl.basis.combined import Combined
-from slewctl.basis.contract import Basis
-from slewctl.basis.hub_matched import HubMatched
-from slewctl.basis.matched_roots import Ratios
-from slewctl.basis.polynomial import Polynomial
-from slewctl.basis.slewing import Slewing
-from slewctl.basis.with_static import WithStatic
-from slewctl.errors import check_choice
+from typing import TYPE_CHECKING
 
-BASES: dict[str, type[Basis]] = {
-    kind.name: kind for kind in (ClampedFree, Slewing, Polynomial, HubMatched, ArmMatched)
-}
-"""Bases that a name and a number of functions describe."""
+from slewctl._lazy import attach
 
-NAMES = tuple(BASES)
-
-
-def create(name: str, n: int) -> Basis:
-    """Return the basis called `name` with `n` functions.
-
-    Parameters
-    ----------
-    name : str
-        One of `NAMES`.
-    n : int
-        How many functions.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown or n < 1.
-    """
-    return BASES[check_choice(name, NAMES, "basis")](n)
-
+if TYPE_CHECKING:
+    from slewctl.basis.arm_matched import ArmMatched
+    from slewctl.basis.clamped_free import ClampedFree
+    from slewctl.basis.combined import Combined
+    from slewctl.basis.contract import Basis
+    from slewctl.basis.hub_matched import HubMatched
+    from slewctl.basis.matched_roots import Ratios
+    from slewctl.basis.named import BASES, NAMES, create
+    from slewctl.basis.polynomial import Polynomial
+    from slewctl.basis.slewing import Slewing
+    from slewctl.basis.with_static import WithStatic
 
 __all__ = [
     "BASES",
@@ -51,3 +30,5 @@ __all__ = [
     "WithStatic",
     "create",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

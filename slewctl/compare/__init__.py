@@ -1,33 +1,47 @@
 """Designs on several bases and orders, judged on the converged truth of their arm."""
 
-from slewctl.compare.case import Case
-from slewctl.compare.comparison import (
-    CaseResult,
-    Comparison,
-    LoopCurves,
-    ModeShapes,
-    Refusal,
-    TruthSummary,
-    compare,
-    count_designs,
-)
-from slewctl.compare.convergence import Followed, Seen, follow
-from slewctl.compare.design_basis import REDUCTIONS, SOURCES, DesignModel, design_model
-from slewctl.compare.evaluation import Evaluation, Judge, evaluate
-from slewctl.compare.judgement import Judgement, Yardstick
-from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
-from slewctl.compare.quantities import QUANTITIES, Quantity, Reading, describe, read
-from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
-from slewctl.compare.study.answer import GOOD, MEDIANS, PAPERS, Answer, Duel, GapScore, Lost, Share
-from slewctl.compare.study.dask_cluster import dask_cluster
-from slewctl.compare.study.grid import Grid, Point, Setting, Study, count_points
-from slewctl.compare.study.point import COLUMNS, Work, evaluate_point, run_study
-from slewctl.compare.study.recommend import Recommendation, Trial, count_trials, recommend
-from slewctl.compare.study.result import StudyResult, StudySlice
-from slewctl.compare.study.results_file import rows
-from slewctl.compare.study.sweep import Piece, WorkerDiedError, sweep
-from slewctl.compare.worst_arm import VariedArm, WorstCase, worst_case
-from slewctl.loop.robust.destabilised_mode import DestabilisedMode, destabilised_mode
+from typing import TYPE_CHECKING
+
+from slewctl._lazy import attach
+
+if TYPE_CHECKING:
+    from slewctl.compare.case import Case
+    from slewctl.compare.comparison import (
+        CaseResult,
+        Comparison,
+        LoopCurves,
+        ModeShapes,
+        Refusal,
+        TruthSummary,
+        compare,
+        count_designs,
+    )
+    from slewctl.compare.convergence import Followed, Seen, follow
+    from slewctl.compare.design_basis import REDUCTIONS, SOURCES, DesignModel, design_model
+    from slewctl.compare.evaluation import Evaluation, Judge, evaluate
+    from slewctl.compare.judgement import Judgement, Yardstick
+    from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
+    from slewctl.compare.quantities import QUANTITIES, Quantity, Reading, describe, read
+    from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
+    from slewctl.compare.study.answer import (
+        GOOD,
+        MEDIANS,
+        PAPERS,
+        Answer,
+        Duel,
+        GapScore,
+        Lost,
+        Share,
+    )
+    from slewctl.compare.study.dask_cluster import dask_cluster
+    from slewctl.compare.study.grid import Grid, Point, Setting, Study, count_points
+    from slewctl.compare.study.point import COLUMNS, Work, evaluate_point, run_study
+    from slewctl.compare.study.recommend import Recommendation, Trial, count_trials, recommend
+    from slewctl.compare.study.result import StudyResult, StudySlice
+    from slewctl.compare.study.results_file import rows
+    from slewctl.compare.study.sweep import Piece, WorkerDiedError, sweep
+    from slewctl.compare.worst_arm import VariedArm, WorstCase, worst_case
+    from slewctl.loop.robust.destabilised_mode import DestabilisedMode, destabilised_mode
 
 __all__ = [
     "COLUMNS",
@@ -97,3 +111,5 @@ __all__ = [
     "sweep",
     "worst_case",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

@@ -1,45 +1,27 @@
 """Controller design, one file per method, with one result type."""
 
-import inspect
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from slewctl.design.classical.lead import lead
-from slewctl.design.classical.pd_notch import pd_notch
-from slewctl.design.classical.positive_position import positive_position
-from slewctl.design.energy_coordinates import ScaledPlant, scaled
-from slewctl.design.lmi.h2_gains import H2Gain, h2_estimator, h2_state_feedback
-from slewctl.design.lmi.h2_hinf import h2_hinf
-from slewctl.design.lmi.h2_joint import build_h2_joint, solve_h2_joint
-from slewctl.design.lmi.h2_lmi import build_h2, h2_lmi, solve_h2
-from slewctl.design.lmi.h2_region import h2_region
-from slewctl.design.lmi.payload import payload_lmi
-from slewctl.design.lmi.variance_bound import variance_bound
-from slewctl.design.placement.assignment import PoleSensitivity, pole_sensitivity
-from slewctl.design.placement.pole_placement import place, place_observer, pole_placement
-from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished, given
-from slewctl.design.riccati.lqg import lqg
-from slewctl.design.riccati.lqr_kalman import kalman, lqr
+from slewctl._lazy import attach
 
-# Each takes a plant and, by keyword alone, options of its own: the keys of [controller].
-METHODS: dict[str, Callable[..., Controller]] = {
-    "lqg": lqg,
-    "h2-lmi": h2_lmi,
-    "h2-region": h2_region,
-    "h2-hinf": h2_hinf,
-    "payload-lmi": payload_lmi,
-    "variance-bound": variance_bound,
-    "pole-placement": pole_placement,
-    "pd-notch": pd_notch,
-    "positive-position": positive_position,
-    "lead": lead,
-}
-
-
-def options(method: str) -> tuple[str, ...]:
-    """Return the names of the options that a method of `METHODS` takes."""
-    parameters = inspect.signature(METHODS[method]).parameters.values()
-    return tuple(p.name for p in parameters if p.kind is p.KEYWORD_ONLY)
-
+if TYPE_CHECKING:
+    from slewctl.design.classical.lead import lead
+    from slewctl.design.classical.pd_notch import pd_notch
+    from slewctl.design.classical.positive_position import positive_position
+    from slewctl.design.energy_coordinates import ScaledPlant, scaled
+    from slewctl.design.lmi.h2_gains import H2Gain, h2_estimator, h2_state_feedback
+    from slewctl.design.lmi.h2_hinf import h2_hinf
+    from slewctl.design.lmi.h2_joint import build_h2_joint, solve_h2_joint
+    from slewctl.design.lmi.h2_lmi import build_h2, h2_lmi, solve_h2
+    from slewctl.design.lmi.h2_region import h2_region
+    from slewctl.design.lmi.payload import payload_lmi
+    from slewctl.design.lmi.variance_bound import variance_bound
+    from slewctl.design.methods import METHODS, options
+    from slewctl.design.placement.assignment import PoleSensitivity, pole_sensitivity
+    from slewctl.design.placement.pole_placement import place, place_observer, pole_placement
+    from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished, given
+    from slewctl.design.riccati.lqg import lqg
+    from slewctl.design.riccati.lqr_kalman import kalman, lqr
 
 __all__ = [
     "METHODS",
@@ -76,3 +58,5 @@ __all__ = [
     "solve_h2_joint",
     "variance_bound",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

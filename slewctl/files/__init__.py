@@ -1,12 +1,17 @@
 """Design files: TOML in, frozen cases and requirements out."""
 
-from slewctl.files.arm_table import computing_arm, find_arm, read_arm
-from slewctl.files.find import find_designs, is_study, name_designs
-from slewctl.files.lines import key_lines
-from slewctl.files.reader import DesignFile, read_design, read_designs
-from slewctl.files.source import Source, read_source
-from slewctl.files.study_file import read_study
-from slewctl.files.variations import Variation
+from typing import TYPE_CHECKING
+
+from slewctl._lazy import attach
+
+if TYPE_CHECKING:
+    from slewctl.files.arm_table import computing_arm, find_arm, read_arm
+    from slewctl.files.find import find_designs, is_study, name_designs
+    from slewctl.files.lines import key_lines
+    from slewctl.files.reader import DesignFile, read_design, read_designs
+    from slewctl.files.source import Source, read_source
+    from slewctl.files.study_file import read_study
+    from slewctl.files.variations import Variation
 
 __all__ = [
     "DesignFile",
@@ -24,3 +29,5 @@ __all__ = [
     "read_source",
     "read_study",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

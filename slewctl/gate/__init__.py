@@ -1,7 +1,12 @@
 """The gate: design files in, findings out; a broken file hides nothing of the others."""
 
-from slewctl.gate.fingerprint import version
-from slewctl.gate.run import check_designs, check_file, examine, skip_unchanged
+from typing import TYPE_CHECKING
+
+from slewctl._lazy import attach
+
+if TYPE_CHECKING:
+    from slewctl.gate.fingerprint import version
+    from slewctl.gate.run import check_designs, check_file, examine, skip_unchanged
 
 __all__ = [
     "check_designs",
@@ -10,3 +15,5 @@ __all__ = [
     "skip_unchanged",
     "version",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

@@ -1,42 +1,47 @@
 """Closed loops: stability first, then margins, norms and simulation."""
 
-from slewctl.loop.closed import Loop, UnstableLoopError
-from slewctl.loop.connect import close
-from slewctl.loop.margin_functions import hybrid_delay_margin
-from slewctl.loop.motion.large_slew import Swing, simulate_swing
-from slewctl.loop.motion.slew import SlewResponse, SlewSummary, simulate_slew
-from slewctl.loop.motion.slew_inputs import Slew
-from slewctl.loop.robust.multiloop import (
-    MultiloopDisk,
-    MultiloopMargins,
-    multiloop_disk_margin,
-    multiloop_margins,
-    perturbation_system,
-)
-from slewctl.loop.robust.nu_gap import (
-    GeneralisedMargin,
-    NuGap,
-    PlantGraph,
-    best_output_scale,
-    gap_between,
-    nu_gap,
-    plant_graph,
-    stability_margin_bpc,
-)
-from slewctl.loop.robust.return_ratios import input_loop, input_output_loop, output_loop
-from slewctl.loop.robust.small_gain import (
-    ResidualMode,
-    SmallGain,
-    Spillover,
-    residual_modes,
-    small_gain,
-)
-from slewctl.loop.sampled import SampledLoop
-from slewctl.loop.single.classical_margins import Crossing, Margins, classical_margins
-from slewctl.loop.single.hybrid_delay import HybridDelay
-from slewctl.loop.single.perturbation import Perturbation
-from slewctl.numerics.frequency_response import FrequencyResponse
-from slewctl.numerics.hinf_norm import Peak, peak_gain
+from typing import TYPE_CHECKING
+
+from slewctl._lazy import attach
+
+if TYPE_CHECKING:
+    from slewctl.loop.closed import Loop, UnstableLoopError
+    from slewctl.loop.connect import close
+    from slewctl.loop.margin_functions import hybrid_delay_margin
+    from slewctl.loop.motion.large_slew import Swing, simulate_swing
+    from slewctl.loop.motion.slew import SlewResponse, SlewSummary, simulate_slew
+    from slewctl.loop.motion.slew_inputs import Slew
+    from slewctl.loop.robust.multiloop import (
+        MultiloopDisk,
+        MultiloopMargins,
+        multiloop_disk_margin,
+        multiloop_margins,
+        perturbation_system,
+    )
+    from slewctl.loop.robust.nu_gap import (
+        GeneralisedMargin,
+        NuGap,
+        PlantGraph,
+        best_output_scale,
+        gap_between,
+        nu_gap,
+        plant_graph,
+        stability_margin_bpc,
+    )
+    from slewctl.loop.robust.return_ratios import input_loop, input_output_loop, output_loop
+    from slewctl.loop.robust.small_gain import (
+        ResidualMode,
+        SmallGain,
+        Spillover,
+        residual_modes,
+        small_gain,
+    )
+    from slewctl.loop.sampled import SampledLoop
+    from slewctl.loop.single.classical_margins import Crossing, Margins, classical_margins
+    from slewctl.loop.single.hybrid_delay import HybridDelay
+    from slewctl.loop.single.perturbation import Perturbation
+    from slewctl.numerics.frequency_response import FrequencyResponse
+    from slewctl.numerics.hinf_norm import Peak, peak_gain
 
 __all__ = [
     "Crossing",
@@ -80,3 +85,5 @@ __all__ = [
     "small_gain",
     "stability_margin_bpc",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

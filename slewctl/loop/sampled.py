@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from slewctl._types import ComplexArray
 from slewctl.loop.closed import Loop
@@ -73,6 +72,8 @@ class SampledLoop(Loop):
     @cached_property
     def _equivalents(self) -> ComplexArray:
         """One s for each closed-loop pole z, infinite for z = 0."""
+        from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
+
         z, T = self.closed.poles, self.sample_time
         s = np.full(len(z), complex(-np.inf, 0))
         kept = np.flatnonzero(np.abs(z) > np.finfo(float).eps)

@@ -1,11 +1,16 @@
 """Models of an arm: quadrature, assembly of M, D, K and b, and the truth."""
 
-from slewctl.model.assembly import Model, assemble
-from slewctl.model.converged_truth import Truth, arm_modes, truth
-from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies, hub_locked_frequencies_hz
-from slewctl.model.nonlinear import LargeDeflectionError, NonlinearModel, large_slew
-from slewctl.model.rigid import beam_inertia, beam_mass, total_inertia
-from slewctl.model.spin import SpinSofteningWarning, critical_spin_rad_s, spin_frequencies_hz
+from typing import TYPE_CHECKING
+
+from slewctl._lazy import attach
+
+if TYPE_CHECKING:
+    from slewctl.model.assembly import Model, assemble
+    from slewctl.model.converged_truth import Truth, arm_modes, truth
+    from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies, hub_locked_frequencies_hz
+    from slewctl.model.nonlinear import LargeDeflectionError, NonlinearModel, large_slew
+    from slewctl.model.rigid import beam_inertia, beam_mass, total_inertia
+    from slewctl.model.spin import SpinSofteningWarning, critical_spin_rad_s, spin_frequencies_hz
 
 __all__ = [
     "BOUNDARIES",
@@ -27,3 +32,5 @@ __all__ = [
     "total_inertia",
     "truth",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

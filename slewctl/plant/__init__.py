@@ -1,19 +1,24 @@
 """State-space models with named signals, and the generalised plant w, u → z, y."""
 
-from slewctl.plant.arm_problem import generalised_plant
-from slewctl.plant.nonlinear import nonlinear_system
-from slewctl.plant.objective import Objective
-from slewctl.plant.problem import GeneralisedPlant, check_plant, ill_posed
-from slewctl.plant.reduction import Reduced, balanced_truncation, modal_truncation
-from slewctl.plant.sampled import (
-    SampledClosed,
-    SampledPlant,
-    continuous_equivalent,
-    sampled_plant,
-    split_delay,
-)
-from slewctl.plant.signals import ACTUATORS, SIGNALS, TORQUE, VOLTAGE, Signal, signal
-from slewctl.plant.statespace import state_space
+from typing import TYPE_CHECKING
+
+from slewctl._lazy import attach
+
+if TYPE_CHECKING:
+    from slewctl.plant.arm_problem import generalised_plant
+    from slewctl.plant.nonlinear import nonlinear_system
+    from slewctl.plant.objective import Objective
+    from slewctl.plant.problem import GeneralisedPlant, check_plant, ill_posed
+    from slewctl.plant.reduction import Reduced, balanced_truncation, modal_truncation
+    from slewctl.plant.sampled import (
+        SampledClosed,
+        SampledPlant,
+        continuous_equivalent,
+        sampled_plant,
+        split_delay,
+    )
+    from slewctl.plant.signals import ACTUATORS, SIGNALS, TORQUE, VOLTAGE, Signal, signal
+    from slewctl.plant.statespace import state_space
 
 __all__ = [
     "ACTUATORS",
@@ -38,3 +43,5 @@ __all__ = [
     "split_delay",
     "state_space",
 ]
+
+__getattr__, __dir__ = attach(__name__, __file__)

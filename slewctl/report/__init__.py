@@ -1,8 +1,15 @@
 """Reports: HTML with vector figures, Markdown, JSON, CSV, Parquet.  It formats, never computes."""
 
-from slewctl.report.comparison import write_comparison
-from slewctl.report.export import check_parquet
-from slewctl.report.paper import write_paper
-from slewctl.report.study import write_study
+from typing import TYPE_CHECKING
+
+from slewctl._lazy import attach
+
+if TYPE_CHECKING:
+    from slewctl.report.comparison import write_comparison
+    from slewctl.report.export import check_parquet
+    from slewctl.report.paper import write_paper
+    from slewctl.report.study import write_study
 
 __all__ = ["check_parquet", "write_comparison", "write_paper", "write_study"]
+
+__getattr__, __dir__ = attach(__name__, __file__)

@@ -23,8 +23,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import LinAlgError, eig, schur
-from scipy.optimize import linear_sum_assignment
-from scipy.signal import place_poles
 
 from slewctl._types import Array, ComplexArray
 from slewctl.design.placement.pole_pairs import LonePole, OpenLoop, PolePair, Roots
@@ -102,6 +100,8 @@ def misplacement(A: Array, wanted: Sequence[complex] | ComplexArray) -> Misplace
     wanted : sequence of complex
         n of them.
     """
+    from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
+
     found, poles = pole_sensitivity(A), np.asarray(wanted)
     distance = np.abs(found.poles[:, None] - poles)
     rows, columns = linear_sum_assignment(distance)
@@ -274,6 +274,8 @@ def _swap(T: ComplexArray, Z: ComplexArray, b: ComplexArray, i: int) -> None:
 
 def _robust_gain(A: Array, B: Array, roots: ComplexArray) -> Array:
     """Return the gain of best conditioned eigenvectors among those that can be computed."""
+    from scipy.signal import place_poles  # slow to load: not before it is wanted
+
     mixed = _best_mixture(A, B)
     with np.errstate(all="ignore"):
         # Modes of one frequency are out of reach of any one combination: no number then.

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eig, schur, solve_sylvester
-from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
@@ -111,6 +110,8 @@ def _parted(
     A: Array, values: ComplexArray, alone: BoolArray
 ) -> Iterator[tuple[BoolArray, tuple[Block, ...]]]:
     """Yield which eigenvalues stand alone and blocks of all others, the smallest blocks first."""
+    from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
+
     if alone.all():
         yield alone, ()
         return

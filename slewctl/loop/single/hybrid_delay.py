@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.optimize import brentq
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError
@@ -114,6 +113,8 @@ def smallest_delay(
 
 
 def _enclosed(function: Callable[[float], float], start: float, end: float) -> float:
+    from scipy.optimize import brentq  # slow to load: not before it is wanted
+
     try:
         return float(brentq(function, start, end, xtol=1e-13 * end, rtol=1e-14))
     except ValueError as error:

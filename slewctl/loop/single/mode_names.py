@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eig
-from scipy.optimize import linear_sum_assignment
 
 from slewctl._types import Array, ComplexArray
 from slewctl.loop.parts import Pair
@@ -92,6 +91,8 @@ def modes_of_pair(
         Natural frequencies of the plant's modes in Hz, increasing, where it is an arm with a
         rigid body; otherwise its lightly damped poles are counted.
     """
+    from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
+
     ringing = _ringing(pair.plant)
     own, step = pair.clocks
     if hertz is None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from slewctl._types import Array
 from slewctl.numerics.bilinear import equivalent
@@ -57,6 +56,8 @@ def bandwidth(L: LinearSystem) -> float:
     L : LinearSystem
         Return ratio of a stable loop, continuous or sampled.
     """
+    from scipy.optimize import brentq  # slow to load: not before it is wanted
+
     S = sensitivity(L)
     response = FrequencyResponse(S)
 
