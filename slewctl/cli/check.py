@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
-
-import click
 
 from slewctl.check import (
     Baseline,
@@ -30,17 +27,9 @@ from slewctl.errors import InputError, SlewctlError, check_nonnegative
 from slewctl.files import find_designs
 from slewctl.gate import check_designs, version
 
-F = TypeVar("F", bound=Callable[..., object])
-
-
-def _file(name: str, text: str) -> Callable[[F], F]:
-    """Return an option that names a file."""
-    return click.option(name, type=click.Path(path_type=Path, dir_okay=False),
-                        metavar="FILE", help=text)  # fmt: skip
-
 
 @dataclass(frozen=True)
-class _Outputs:
+class Outputs:
     """Where to write what."""
 
     junit: Path | None
@@ -64,60 +53,26 @@ class _Outputs:
                 )
 
 
-@click.command("check")
-@click.argument("paths", nargs=-1, required=True, type=click.Path(path_type=Path),
-                metavar="PATH...")  # fmt: skip
-@click.option("--all", "every", is_flag=True, help="Show every requirement, not the tightest.")
-@click.option("--quiet", is_flag=True, help="Print what failed, and nothing else.")
-@_file("--junit", "Write the verdicts as JUnit XML.")
-@_file("--json", "Write verdicts and measured values as JSON (schema slewctl-check/2).")
-@click.option("--github", is_flag=True,
-              help="Print failures as GitHub annotations, at the file's line.")  # fmt: skip
-@_file("--baseline", "Fail when a margin or required quantity is worse than in this file, which "
-       "holds the last accepted run.")  # fmt: skip
-@click.option("--tolerance", default=0.01, show_default=True, type=float, metavar="FRACTION",
-              help="How much worse than the baseline is allowed, relative.")  # fmt: skip
-@click.option("--update-baseline", is_flag=True,
-              help="Accept this run: write what passed to the --baseline file instead of "
-              "comparing with it.")  # fmt: skip
-@click.option("--changed-only", is_flag=True,
-              help="Skip designs that the --baseline file accepted and that did not change: same "
-              "text, same slewctl, same numerical packages.")  # fmt: skip
-@click.pass_context
-def check_command(
-    context: click.Context,
-    paths: tuple[Path, ...],
+def check(
+    paths: Sequence[Path],
+    outputs: Outputs,
+    *,
+    tolerance: float,
     every: bool,
     quiet: bool,
-    junit: Path | None,
-    json: Path | None,
     github: bool,
-    baseline: Path | None,
-    tolerance: float,
     update_baseline: bool,
     changed_only: bool,
-) -> None:
-    """Check the requirements of the designs in PATH (TOML files or folders of them).
-
-    Each controller is designed as its file says and judged on the converged truth of its arm
-    and of the arm's named variations.
-
-    \b
-    Exit status:
-      0  all requirements hold, and nothing is worse than in the baseline
-      1  a requirement failed, a quantity is worse than in the baseline, or a
-         design of the baseline is gone
-      2  bad input: a design that cannot be judged (the others are judged all the
-         same), a missing or corrupt baseline, a file that cannot be written
-    """
-    if baseline is None and (update_baseline or changed_only):
-        option = "--update-baseline" if update_baseline else "--changed-only"
-        raise click.UsageError(f"{option} needs --baseline FILE")
+) -> int:
+    """Judge designs, print and write the verdicts; return the exit status."""
     check_nonnegative(tolerance, "--tolerance")
-    outputs = _Outputs(junit, json, baseline)
     designs = find_designs(paths)
     outputs.check(designs)
-    before = read_baseline(baseline, may_be_missing=update_baseline) if baseline else None
+    before = (
+        read_baseline(outputs.baseline, may_be_missing=update_baseline)
+        if outputs.baseline
+        else None
+    )
     with progress(len(designs)) as step:
         results = check_designs(
             paths, step, None if update_baseline else before, changed_only=changed_only
@@ -131,7 +86,7 @@ def check_command(
     if not quiet:
         for note in notes:
             OUT.print(f"baseline: {note}", soft_wrap=True)
-    context.exit(exit_status(results) if written else BAD_INPUT)
+    return exit_status(results) if written else BAD_INPUT
 
 
 def _print(results: Sequence[DesignResult], *, every: bool, quiet: bool, github: bool) -> None:
@@ -154,7 +109,7 @@ def _print(results: Sequence[DesignResult], *, every: bool, quiet: bool, github:
 
 
 def _write(
-    outputs: _Outputs, results: Sequence[DesignResult], before: Baseline | None
+    outputs: Outputs, results: Sequence[DesignResult], before: Baseline | None
 ) -> tuple[bool, list[str]]:
     """Write the files asked for; return whether all could be, and what the baseline took."""
     # Loads what draws the reports, which a run without files need not wait for.

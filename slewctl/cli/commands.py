@@ -1,42 +1,17 @@
-"""The commands: they parse, wire the rooms together and print."""
+"""The commands: what each takes.  What a command does is loaded when it is run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import click
-from rich.table import Table
 
-from slewctl.arm import Arm, catalogue
-from slewctl.basis import NAMES, create
-from slewctl.breakdown import computing
 from slewctl.cli import interrupted
-from slewctl.cli.check import check_command
 from slewctl.cli.options import OUT_FOLDER, PARQUET
-from slewctl.cli.study import recommend_command, study_command
-from slewctl.cli.terminal import OUT, Told, number_table, progress, show
-from slewctl.compare import (
-    CaseResult,
-    Comparison,
-    Rung,
-    compare,
-    count_designs,
-    spillover_ladder,
-)
-from slewctl.compare.ladder import TOLD
-from slewctl.errors import InputError
-from slewctl.files import (
-    DesignFile,
-    computing_arm,
-    find_arm,
-    find_designs,
-    name_designs,
-    read_design,
-)
-from slewctl.model import BOUNDARIES, assemble, frequencies, truth
-from slewctl.paper import PARTS, reproduce
 
+F = TypeVar("F", bound=Callable[..., object])
 _PATHS = click.argument(
     "paths", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="PATH..."
 )
@@ -63,77 +38,10 @@ def cli() -> None:
     """
 
 
-@cli.command("compare")
-@_PATHS
-@OUT_FOLDER
-@PARQUET
-@click.pass_context
-def compare_command(
-    context: click.Context, paths: tuple[Path, ...], out: Path, parquet: bool
-) -> None:
-    """Compare the designs in PATH (TOML files or folders of them) on the truth.
-
-    A design that cannot be judged is told, and left out of the report.
-    """
-    from slewctl.report import write_comparison  # matplotlib is only needed here
-
-    names = name_designs(find_designs(paths))
-    if not names:
-        raise InputError("only studies, no design", remedy="name a design file")
-    told = Told()
-    designs = [told.trying(read_design, path, name, slew=True) for path, name in names.items()]
-    good = [design for design in designs if design is not None]
-    with progress(count_designs([design.case for design in good])) as step:
-        found = [told.trying(_compared, design, step) for design in good]
-        results = tuple(case for cases in found if cases is not None for case in cases)
-        if results:
-            step("drawing")
-            page = write_comparison(Comparison(results), out, as_parquet=parquet)
-    for result in results:
-        stable = sum(e.stable for e in result.evaluations)
-        OUT.print(
-            f"{result.case.name}: {stable} of {len(result.evaluations)} designs stable on the truth"
-        )
-    if results:
-        OUT.print(f"report: {page}")
-    context.exit(told.status)
-
-
-def _compared(design: DesignFile, step: Callable[[str], None]) -> tuple[CaseResult, ...]:
-    with design.source.computing():
-        return compare([design.case], step).cases
-
-
-cli.add_command(check_command)
-cli.add_command(study_command)
-cli.add_command(recommend_command)
-
-
-@cli.command("ladder")
-@click.argument("design", type=click.Path(path_type=Path))
-@click.option("--basis", help="Design on another basis than the file's.")
-@click.option("-n", "n", type=click.IntRange(1), help="Design on another number of functions.")
-def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
-    """Judge DESIGN (a TOML file) with more and more modes of the truth.
-
-    Says at which number of modes the loop is lost, and which mode is lost first.
-    """
-    file = read_design(design)
-    with file.source.computing():
-        ladder = spillover_ladder(file.case, basis, n)
-    table = number_table("modes N", "up to (Hz)", "gain (dB)", "phase (deg)", "disk", "lost (%)")
-    for rung in ladder.rungs:
-        table.add_row(str(rung.modes), f"{rung.frequency_hz:.5g}", *_rung_cells(rung))
-    OUT.print(str(ladder))
-    show(table)
-
-
-def _rung_cells(rung: Rung) -> tuple[str, ...]:
-    """Return margins and loss of a rung, or the frequency that grows."""
-    if not rung.stable:
-        return (f"unstable at {rung.judgement.unstable_hz[0]:.4g} Hz", "", "", "")
-    *margins, loss = (rung.value(name) or 0.0 for name in TOLD)
-    return tuple(f"{figure:.4g}" for figure in (*margins, 100 * loss))
+def _file(name: str, text: str) -> Callable[[F], F]:
+    """Return an option that names a file."""
+    return click.option(name, type=click.Path(path_type=Path, dir_okay=False),
+                        metavar="FILE", help=text)  # fmt: skip
 
 
 @cli.command("modes")
@@ -147,68 +55,158 @@ def modes_command(arm: str, orders: int, modes: int) -> None:
 
     ARM is a catalogue name or a TOML file with an [arm] table.
     """
-    chosen = find_arm(arm)
-    table = number_table("basis", "n", *(f"f{k} (Hz)" for k in range(1, modes + 1)))
-    with computing_arm(arm):
-        exact = truth(chosen, max(modes, 10))
-        for basis in NAMES:
-            for n in range(1, orders + 1):
-                found = assemble(chosen, create(basis, n)).frequencies_hz[:modes]
-                cells = [f"{f:.6f}" for f in found] + ["-"] * (modes - len(found))
-                table.add_row(basis, str(n), *cells)
-    table.add_row("truth", "", *(f"{f:.6f}" for f in exact.frequencies_hz[:modes]))
-    show(table)
-    OUT.print(str(exact))
+    from slewctl.cli.arms import print_modes
+
+    print_modes(arm, orders, modes)
 
 
 @cli.command("arms")
 @click.argument("name", required=False)
 def arms_command(name: str | None) -> None:
     """List the arms of the catalogue, or tell all about the one called NAME."""
-    if name is None:
-        table = number_table("name", "length (m)", "what it is")
-        for key, entry in catalogue.CATALOGUE.items():
-            table.add_row(key, f"{entry.build().beam.length:g}", entry.summary)
-        show(table)
-        OUT.print("more about one: slewctl arms NAME")
-        return
-    arm = catalogue.get(name)
-    entry = catalogue.CATALOGUE[name]
-    parts = {"hub": arm.hub, "payload": arm.payload, "motor": arm.motor}
-    texts = {"what": entry.summary, "source": entry.source, "uncertain": entry.uncertain}
-    texts["damping ratio to design with"] = str(entry.damping)
-    for title, text in {**texts, **parts}.items():
-        OUT.print(f"{title}: {text}")
-    with computing(name):
-        table = _published(arm, entry)
-    show(table)
+    from slewctl.cli.arms import print_arms
+
+    print_arms(name)
 
 
-def _published(arm: Arm, entry: catalogue.Entry) -> Table:
-    """Return the arm's first frequencies, hub locked and free, beside those in print."""
-    table = number_table("hub", "mode", "computed (Hz)", "published (Hz)", "difference")
-    for boundary in BOUNDARIES:
-        printed = {
-            mode: hertz
-            for published in entry.published
-            if published.boundary == boundary
-            for mode, hertz in published.frequencies_hz
-        }
-        computed = frequencies(arm, max([3, *printed]), boundary).hz
-        for mode, hertz in enumerate(computed, start=1):
-            beside = printed.get(mode)
-            cells = ("", "") if beside is None else (f"{beside:g}", f"{hertz / beside - 1:+.2%}")
-            table.add_row(boundary, str(mode), f"{hertz:.6g}", *cells)
-    return table
+@cli.command("compare")
+@_PATHS
+@OUT_FOLDER
+@PARQUET
+@click.pass_context
+def compare_command(
+    context: click.Context, paths: tuple[Path, ...], out: Path, parquet: bool
+) -> None:
+    """Compare the designs in PATH (TOML files or folders of them) on the truth.
+
+    A design that cannot be judged is told, and left out of the report.
+    """
+    from slewctl.cli.comparing import compare_designs
+
+    context.exit(compare_designs(paths, out, parquet))
+
+
+@cli.command("ladder")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--basis", help="Design on another basis than the file's.")
+@click.option("-n", "n", type=click.IntRange(1), help="Design on another number of functions.")
+def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
+    """Judge DESIGN (a TOML file) with more and more modes of the truth.
+
+    Says at which number of modes the loop is lost, and which mode is lost first.
+    """
+    from slewctl.cli.comparing import print_ladder
+
+    print_ladder(design, basis, n)
+
+
+@cli.command("check")
+@_PATHS
+@click.option("--all", "every", is_flag=True, help="Show every requirement, not the tightest.")
+@click.option("--quiet", is_flag=True, help="Print what failed, and nothing else.")
+@_file("--junit", "Write the verdicts as JUnit XML.")
+@_file("--json", "Write verdicts and measured values as JSON (schema slewctl-check/2).")
+@click.option("--github", is_flag=True,
+              help="Print failures as GitHub annotations, at the file's line.")  # fmt: skip
+@_file("--baseline", "Fail when a margin or required quantity is worse than in this file, which "
+       "holds the last accepted run.")  # fmt: skip
+@click.option("--tolerance", default=0.01, show_default=True, type=float, metavar="FRACTION",
+              help="How much worse than the baseline is allowed, relative.")  # fmt: skip
+@click.option("--update-baseline", is_flag=True,
+              help="Accept this run: write what passed to the --baseline file instead of "
+              "comparing with it.")  # fmt: skip
+@click.option("--changed-only", is_flag=True,
+              help="Skip designs that the --baseline file accepted and that did not change: same "
+              "text, same slewctl, same numerical packages.")  # fmt: skip
+@click.pass_context
+def check_command(
+    context: click.Context,
+    paths: tuple[Path, ...],
+    every: bool,
+    quiet: bool,
+    junit: Path | None,
+    json: Path | None,
+    github: bool,
+    baseline: Path | None,
+    tolerance: float,
+    update_baseline: bool,
+    changed_only: bool,
+) -> None:
+    """Check the requirements of the designs in PATH (TOML files or folders of them).
+
+    Each controller is designed as its file says and judged on the converged truth of its arm
+    and of the arm's named variations.
+
+    \b
+    Exit status:
+      0  all requirements hold, and nothing is worse than in the baseline
+      1  a requirement failed, a quantity is worse than in the baseline, or a
+         design of the baseline is gone
+      2  bad input: a design that cannot be judged (the others are judged all the
+         same), a missing or corrupt baseline, a file that cannot be written
+    """
+    if baseline is None and (update_baseline or changed_only):
+        option = "--update-baseline" if update_baseline else "--changed-only"
+        raise click.UsageError(f"{option} needs --baseline FILE")
+    from slewctl.cli.check import Outputs, check
+
+    outputs = Outputs(junit, json, baseline)
+    context.exit(
+        check(
+            paths, outputs, tolerance=tolerance, every=every, quiet=quiet, github=github,
+            update_baseline=update_baseline, changed_only=changed_only,
+        )
+    )  # fmt: skip
+
+
+@cli.command("study")
+@click.argument("file", type=click.Path(path_type=Path))
+@OUT_FOLDER
+@click.option("--resume", is_flag=True, help="Go on with the results that are in the folder.")
+@click.option("--workers", type=click.IntRange(1), metavar="N",
+              help="Processes to use; as many as there are cores by default.")  # fmt: skip
+@click.option(
+    "--dask", metavar="ADDRESS",
+    help="Run on this Dask cluster, such as tcp://host:8786; needs slewctl[dask]. It runs the "
+    "code that it is sent: name only one that you trust, in a network that you trust.",
+)  # fmt: skip
+@PARQUET
+def study_command(
+    file: Path, out: Path, resume: bool, workers: int | None, dask: str | None, parquet: bool
+) -> None:
+    """Try the grid of designs in FILE on the truth and report which basis wins where.
+
+    Every finished design is kept at once in DIR/results.jsonl; after an interruption, a kill
+    or a full disk --resume goes on from there. A line of it that is damaged is named and its
+    design tried again.
+    """
+    if dask is not None and workers:
+        raise click.UsageError("--workers is for processes here; --dask has its own workers")
+    from slewctl.cli.study import study
+
+    study(file, out, resume=resume, workers=workers, dask=dask, parquet=parquet)
+
+
+@cli.command("recommend")
+@click.argument("arm")
+@click.option("--sensors", default="theta,theta_dot", show_default=True,
+              help="What is measured: of theta, theta_dot, tip and tip_deflection.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Print the evidence as JSON.")
+def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
+    """Say which basis, how many functions and how fast a controller suit ARM.
+
+    ARM is a catalogue name, whose arm gets its suggested damping, or a TOML file with an
+    [arm] table.
+    """
+    from slewctl.cli.study import print_recommendation
+
+    print_recommendation(arm, sensors, as_json)
 
 
 @cli.command("paper")
 @OUT_FOLDER
 def paper_command(out: Path) -> None:
     """Reproduce and correct the paper's tables and figures."""
-    from slewctl.report import write_paper  # matplotlib is only needed here
+    from slewctl.cli.paper import reproduce_paper
 
-    with progress(len(PARTS)) as step, computing("paper"):
-        reproduction = reproduce(step)
-        page = write_paper(reproduction, out)
-    OUT.print(f"report: {page}")
+    reproduce_paper(out)

@@ -9,12 +9,10 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
-import click
 from rich.table import Table
 
 from slewctl.arm import catalogue
 from slewctl.breakdown import computing
-from slewctl.cli.options import OUT_FOLDER, PARQUET
 from slewctl.cli.terminal import ERR, OUT, counter, number_table, progress, show
 from slewctl.compare import (
     COLUMNS,
@@ -30,30 +28,11 @@ from slewctl.compare.study.processes import ENDINGS
 from slewctl.files import computing_arm, find_arm, read_study
 
 
-@click.command("study")
-@click.argument("file", type=click.Path(path_type=Path))
-@OUT_FOLDER
-@click.option("--resume", is_flag=True, help="Go on with the results that are in the folder.")
-@click.option("--workers", type=click.IntRange(1), metavar="N",
-              help="Processes to use; as many as there are cores by default.")  # fmt: skip
-@click.option(
-    "--dask", metavar="ADDRESS",
-    help="Run on this Dask cluster, such as tcp://host:8786; needs slewctl[dask]. It runs the "
-    "code that it is sent: name only one that you trust, in a network that you trust.",
-)  # fmt: skip
-@PARQUET
-def study_command(
-    file: Path, out: Path, resume: bool, workers: int | None, dask: str | None, parquet: bool
+def study(
+    file: Path, out: Path, *, resume: bool, workers: int | None, dask: str | None, parquet: bool
 ) -> None:
-    """Try the grid of designs in FILE on the truth and report which basis wins where.
-
-    Every finished design is kept at once in DIR/results.jsonl; after an interruption, a kill
-    or a full disk --resume goes on from there. A line of it that is damaged is named and its
-    design tried again.
-    """
-    if dask is not None and workers:
-        raise click.UsageError("--workers is for processes here; --dask has its own workers")
-    study = read_study(file)
+    """Run a study, or go on with one, and write its report."""
+    asked = read_study(file)
     results = out / "results.jsonl"
     with _resumable(results):
         from slewctl.report import write_study  # matplotlib is only needed here
@@ -61,11 +40,11 @@ def study_command(
         cluster = nullcontext() if dask is None else dask_cluster(dask)
         with (
             cluster as executor,
-            counter(count_points(study)) as step,
+            counter(count_points(asked)) as step,
             computing(str(file)),
         ):
             result = run_study(
-                study, results, stamp=_stamp(study), executor=executor,
+                asked, results, stamp=_stamp(asked), executor=executor,
                 workers=workers, resume=resume, progress=step, notice=_notice,
             )  # fmt: skip
         page = write_study(result, out, as_parquet=parquet)
@@ -125,17 +104,8 @@ class _EndedError(KeyboardInterrupt):
         self.number = number
 
 
-@click.command("recommend")
-@click.argument("arm")
-@click.option("--sensors", default="theta,theta_dot", show_default=True,
-              help="What is measured: of theta, theta_dot, tip and tip_deflection.")  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="Print the evidence as JSON.")
-def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
-    """Say which basis, how many functions and how fast a controller suit ARM.
-
-    ARM is a catalogue name, whose arm gets its suggested damping, or a TOML file with an
-    [arm] table.
-    """
+def print_recommendation(arm: str, sensors: str, as_json: bool) -> None:
+    """Print which basis, order and bandwidth suit an arm."""
     known = arm in catalogue.names()
     chosen = catalogue.damped(arm) if known else find_arm(arm)
     damping = str(catalogue.CATALOGUE[arm].damping) if known else ""

@@ -1,0 +1,75 @@
+"""The commands ``compare`` and ``ladder``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from slewctl.cli.terminal import OUT, Told, number_table, progress, show
+from slewctl.compare import (
+    CaseResult,
+    Comparison,
+    Rung,
+    compare,
+    count_designs,
+    spillover_ladder,
+)
+from slewctl.compare.ladder import TOLD
+from slewctl.errors import InputError
+from slewctl.files import (
+    DesignFile,
+    find_designs,
+    name_designs,
+    read_design,
+)
+
+
+def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
+    """Write the comparison report of designs; return the exit status."""
+    from slewctl.report import write_comparison  # matplotlib is only needed here
+
+    names = name_designs(find_designs(paths))
+    if not names:
+        raise InputError("only studies, no design", remedy="name a design file")
+    told = Told()
+    designs = [told.trying(read_design, path, name, slew=True) for path, name in names.items()]
+    good = [design for design in designs if design is not None]
+    with progress(count_designs([design.case for design in good])) as step:
+        found = [told.trying(_compared, design, step) for design in good]
+        results = tuple(case for cases in found if cases is not None for case in cases)
+        if results:
+            step("drawing")
+            page = write_comparison(Comparison(results), out, as_parquet=parquet)
+    for result in results:
+        stable = sum(e.stable for e in result.evaluations)
+        OUT.print(
+            f"{result.case.name}: {stable} of {len(result.evaluations)} designs stable on the truth"
+        )
+    if results:
+        OUT.print(f"report: {page}")
+    return told.status
+
+
+def _compared(design: DesignFile, step: Callable[[str], None]) -> tuple[CaseResult, ...]:
+    with design.source.computing():
+        return compare([design.case], step).cases
+
+
+def print_ladder(design: Path, basis: str | None, n: int | None) -> None:
+    """Print how a design fares on more and more modes of the truth."""
+    file = read_design(design)
+    with file.source.computing():
+        ladder = spillover_ladder(file.case, basis, n)
+    table = number_table("modes N", "up to (Hz)", "gain (dB)", "phase (deg)", "disk", "lost (%)")
+    for rung in ladder.rungs:
+        table.add_row(str(rung.modes), f"{rung.frequency_hz:.5g}", *_rung_cells(rung))
+    OUT.print(str(ladder))
+    show(table)
+
+
+def _rung_cells(rung: Rung) -> tuple[str, ...]:
+    """Return margins and loss of a rung, or the frequency that grows."""
+    if not rung.stable:
+        return (f"unstable at {rung.judgement.unstable_hz[0]:.4g} Hz", "", "", "")
+    *margins, loss = (rung.value(name) or 0.0 for name in TOLD)
+    return tuple(f"{figure:.4g}" for figure in (*margins, 100 * loss))
