@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
@@ -28,6 +28,7 @@ from slewctl.numerics.linear_system import (
     holding_light,
     linear,
 )
+from slewctl.numerics.matrix_equations import H2Cost
 from slewctl.plant import GeneralisedPlant
 
 if TYPE_CHECKING:
@@ -275,7 +276,7 @@ def finished(
     method: str,
     gains: Mapping[str, Array],
     *,
-    checks: Sequence[Check] = (),
+    checks: Sequence[Check] | Callable[[H2Cost], Sequence[Check]] = (),
     assumptions: Sequence[str] = (),
     guarantees: Sequence[Guarantee] = (),
     seconds: Mapping[str, float] | None = None,
@@ -294,8 +295,9 @@ def finished(
         From the sensors to the actuator, connected with a plus sign.
     method : str
     gains : mapping of str to ndarray
-    checks : sequence of Check
-        The method's own, beside those on the poles, the cost and the guarantees.
+    checks : sequence of Check, or callable
+        The method's own, beside those on the poles, the cost and the guarantees; a function
+        is given the cost as it was recomputed.
     assumptions : sequence of str
     guarantees : sequence of Guarantee
     seconds : mapping of str to float
@@ -317,6 +319,7 @@ def finished(
         if math.isfinite(cost.value)
         else []
     )
+    own = checks(cost) if callable(checks) else checks
     kept = [guarantee.check for guarantee in guarantees]
     if reference is not None:
         reference = Reference(reference.B / scale[:, None], reference.D)
@@ -327,7 +330,7 @@ def finished(
         method,
         gains,
         cost.value,
-        Certificate((stability, *checks, *confirmed, *kept)),
+        Certificate((stability, *own, *confirmed, *kept)),
         poles,
         tuple(assumptions),
         tuple(guarantees),

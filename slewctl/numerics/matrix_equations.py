@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import (
     LinAlgError,
+    schur,
     solve_continuous_are,
     solve_continuous_lyapunov,
     solve_triangular,
@@ -63,18 +64,56 @@ def solve_riccati(A: Array, B: Array, Q: Array, R: Array) -> RiccatiSolution:
     rate = _nonzero(As)
     size = np.sqrt(_nonzero(Qs)) / _nonzero(Bs)
     An, Bn, Qn = As / rate, Bs * np.sqrt(size / rate), Qs / (size * rate)
-    X = _stabilising(An, Bn, Qn)
-    # One Newton step: the eigenvectors of a lightly damped plant leave a residual of up to
-    # 1e-7 behind, a Lyapunov equation with the closed loop removes it.
+    X, residual = _solved(An, Bn, Qn)
+    gain = solve_triangular(root.T, Bs.T @ (size * X)) / scale
+    return RiccatiSolution(size * X / outer, gain, residual)
+
+
+# With a residual so small a solution is as good as rounding lets it be.
+_SOLVED = 1e-13
+
+
+def _solved(A: Array, B: Array, Q: Array) -> tuple[Array, float]:
+    """Return the stabilising solution with R = I and its relative residual.
+
+    From the Schur form of the Hamiltonian (Laub, IEEE Trans. Automatic Control 24, 1979),
+    and only where that fails from the pencil of scipy, which takes five times as long.
+    """
+    if (quick := _of_hamiltonian(A, B, Q)) is not None:
+        found = _refined(A, B, Q, quick)
+        if found[1] <= _SOLVED and _stabilises(A, B, found[0]):
+            return found
+    return _refined(A, B, Q, _stabilising(A, B, Q))
+
+
+def _of_hamiltonian(A: Array, B: Array, Q: Array) -> Array | None:
+    """Return the solution spanned by the Hamiltonian's stable subspace, if it has one."""
+    n = len(A)
+    try:
+        _, U, stable = schur(np.block([[A, -B @ B.T], [-Q, -A.T]]), sort="lhp")
+        X = np.linalg.solve(U[:n, :n].T, U[n:, :n].T) if stable == n else None
+    except LinAlgError:
+        return None
+    return None if X is None or not np.isfinite(X).all() else (X + X.T) / 2
+
+
+def _refined(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
+    """Return a solution after one Newton step, and its relative residual.
+
+    The eigenvectors of a lightly damped plant leave a residual of up to 1e-7 behind, a
+    Lyapunov equation with the closed loop removes it.
+    """
     with warnings.catch_warnings():
         # "An eigenvalue pair whose sum is near zero": so it is beside one that is far away.
         warnings.simplefilter("ignore", RuntimeWarning)
-        step = solve_continuous_lyapunov((An - Bn @ Bn.T @ X).T, -_riccati_defect(An, Bn, Qn, X)[0])
+        step = solve_continuous_lyapunov((A - B @ B.T @ X).T, -_riccati_defect(A, B, Q, X)[0])
     X = X + (step + step.T) / 2
-    defect, largest = _riccati_defect(An, Bn, Qn, X)
-    gain = solve_triangular(root.T, Bs.T @ (size * X)) / scale
-    residual = float(np.linalg.norm(defect) / largest) if largest else 0.0
-    return RiccatiSolution(size * X / outer, gain, residual)
+    defect, largest = _riccati_defect(A, B, Q, X)
+    return X, float(np.linalg.norm(defect) / largest) if largest else 0.0
+
+
+def _stabilises(A: Array, B: Array, X: Array) -> bool:
+    return bool(np.linalg.eigvals(A - B @ B.T @ X).real.max() < 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +186,7 @@ def _stabilising(A: Array, B: Array, Q: Array) -> Array:
         X = np.asarray(solve_continuous_are(A, B, Q, np.eye(B.shape[1])), dtype=float)
     except (LinAlgError, ValueError) as error:
         raise refusal from error
-    if not np.linalg.eigvals(A - B @ B.T @ X).real.max() < 0:
+    if not _stabilises(A, B, X):
         raise refusal
     return X
 

@@ -190,8 +190,8 @@ def test_a_study_is_no_design_for_the_hook() -> None:
 def test_a_folder_to_write_to_is_refused_before_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
     path = design("good")
     Path("file").write_text("")
-    monkeypatch.setattr("slewctl.cli.commands.compare", lambda *_: pytest.fail("worked"))
-    monkeypatch.setattr("slewctl.cli.commands.reproduce", lambda *_: pytest.fail("worked"))
+    monkeypatch.setattr("slewctl.cli.comparing.compare", lambda *_: pytest.fail("worked"))
+    monkeypatch.setattr("slewctl.cli.paper.reproduce", lambda *_: pytest.fail("worked"))
     for out in ("", "  ", "file", "file/out", "/dev/null/out", "x" * 300, "/proc/out"):
         for command in (["compare", path], ["paper"], ["study", path]):
             done = slewctl(*command, "--out", out)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from slewctl.cli.check import check_command
+from slewctl.cli.commands import check_command
 
 ROOT = Path(__file__).parents[2]
 OPTIONS = {name for parameter in check_command.params for name in parameter.opts}

@@ -18,10 +18,9 @@ from time import perf_counter
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.design.achieved import closed_cost
 from slewctl.design.reference import Reference, at_rest
-from slewctl.design.result import Check, Controller, finished
-from slewctl.design.riccati.lqr_kalman import kalman, lqr
+from slewctl.design.result import Controller, finished
+from slewctl.design.riccati.lqr_kalman import kalman, lqr, optimum_checks
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import RiccatiSolution
 from slewctl.plant import GeneralisedPlant, ill_posed
@@ -34,17 +33,12 @@ def sampled_plant_lqg(plant: GeneralisedPlant) -> Controller:
     solved = perf_counter()
     system = design.system()
     built = perf_counter()
-    achieved = closed_cost(plant, system).value
     return finished(
         plant,
         system,
         "lqg",
         {"state_feedback": design.K, "observer": design.L, "innovation": design.N},
-        checks=(
-            Check("Riccati residual, control", design.regulator.residual, 1e-10),
-            Check("Riccati residual, filter", design.observer.residual, 1e-10),
-            Check("cost, Lyapunov against Riccati", abs(achieved / design.cost - 1), 1e-9),
-        ),
+        checks=optimum_checks(design.regulator, design.observer, design.cost),
         assumptions=(
             "u_k = −K x̂_k − N (y_k − C x̂_k), x̂ predicted by a stationary Kalman filter; u_k is "
             "computed from y_k and acts at once",

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.design.breakdown import check_finite, guarded
+from slewctl.design.result import Check
 from slewctl.errors import DesignError, InputError
 from slewctl.numerics.matrix_equations import (
+    H2Cost,
     Regulator,
     RiccatiSolution,
     full_column_rank,
@@ -266,3 +270,18 @@ def _named(plant: GeneralisedPlant, pole: complex) -> str:
     if pole.imag:
         return f"the mode at {abs(pole) / (2 * np.pi):.4g} Hz"
     return f"the pole at {pole.real:.4g} rad/s"
+
+
+def optimum_checks(
+    regulator: RiccatiSolution, observer: RiccatiSolution, optimum: float
+) -> Callable[[H2Cost], tuple[Check, ...]]:
+    """Return the checks of an LQG controller, given the cost that it was found to achieve."""
+
+    def checks(achieved: H2Cost) -> tuple[Check, ...]:
+        return (
+            Check("Riccati residual, control", regulator.residual, 1e-10),
+            Check("Riccati residual, filter", observer.residual, 1e-10),
+            Check("cost, Lyapunov against Riccati", abs(achieved.value / optimum - 1), 1e-9),
+        )
+
+    return checks
