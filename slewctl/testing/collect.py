@@ -1,6 +1,6 @@
 """Design files as pytest sees them: one file, one test for each requirement.
 
-`pytest_slewctl` decides which files are designs and loads this module for the first one.
+`slewctl.testing.plugin` decides which files are designs and loads this module for the first one.
 """
 
 from __future__ import annotations

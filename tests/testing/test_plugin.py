@@ -33,7 +33,7 @@ def inner(pytester: pytest.Pytester, request: pytest.FixtureRequest) -> Inner:
     """Run pytest with the plugin, installed or not, in an empty folder."""
     pytester.syspathinsert(ROOT)
     here = request.config.pluginmanager.has_plugin("slewctl")
-    plugin = [] if here else ["-p", "pytest_slewctl"]
+    plugin = [] if here else ["-p", "slewctl.testing.plugin"]
     # The last of them takes two seconds to say that it has nothing to say.
     plugin += ["-p", "no:cacheprovider", "-p", "no:hypothesispytest"]
     return lambda *options: pytester.runpytest_inprocess(*plugin, *options)
@@ -185,10 +185,13 @@ def test_the_plugin_costs_nothing_when_it_is_not_used() -> None:
     code = (
         "import sys, pytest\n"
         "status = pytest.main(['--co', '-q', '-p', 'no:cacheprovider', '--noconftest', sys.argv[1]])\n"
-        "loaded = {'slewctl', 'numpy', 'scipy', 'control'} & set(sys.modules)\n"
-        "assert 'pytest_slewctl' in sys.modules and not loaded, loaded"
+        "loaded = {'slewctl.errors', 'numpy', 'scipy', 'control', 'click'} & set(sys.modules)\n"
+        "assert 'slewctl.testing.plugin' in sys.modules and not loaded, loaded"
     )
-    plugin = ["-c", f"import sys; sys.path.insert(0, {str(ROOT)!r}); import pytest_slewctl\n{code}"]
+    plugin = [
+        "-c",
+        f"import sys; sys.path.insert(0, {str(ROOT)!r}); import slewctl.testing.plugin\n{code}",
+    ]
     done = subprocess.run(
         [sys.executable, *plugin, str(ROOT / "designs")],
         capture_output=True, text=True, check=False, cwd=ROOT / "designs",
@@ -198,6 +201,5 @@ def test_the_plugin_costs_nothing_when_it_is_not_used() -> None:
 
 def test_the_package_registers_the_plugin() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    assert project["project"]["entry-points"]["pytest11"] == {"slewctl": "pytest_slewctl"}
-    assert "pytest_slewctl" in project["tool"]["setuptools"]["py-modules"]
-    assert (ROOT / "pytest_slewctl.py").is_file()
+    assert project["project"]["entry-points"]["pytest11"] == {"slewctl": "slewctl.testing.plugin"}
+    assert (ROOT / "slewctl" / "testing" / "plugin.py").is_file()

@@ -6,8 +6,8 @@
     slewctl_designs = ["designs"]
 
 A TOML file is a design if it has both an ``[arm]`` and a ``[controller]`` table; others are
-left alone.  This module stands outside the package because every run of pytest imports it,
-and importing slewctl takes a second.
+left alone.  Every run of pytest imports this module, so it loads nothing of slewctl before
+there is a design to judge.
 """
 
 from __future__ import annotations
