@@ -87,6 +87,7 @@ if TYPE_CHECKING:
         sampled_plant,
         state_space,
     )
+    from slewctl.problem import Problem
 
 __version__ = "0.1.0"
 
@@ -112,6 +113,7 @@ __all__ = [
     "Objective",
     "Payload",
     "Polynomial",
+    "Problem",
     "Rayleigh",
     "SampledLoop",
     "Slew",
