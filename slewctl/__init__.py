@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from slewctl.basis import ArmMatched, ClampedFree, HubMatched, Polynomial, Slewing, WithStatic
     from slewctl.design import (
         Controller,
+        dlqe,
+        dlqr,
         h2_estimator,
         h2_hinf,
         h2_lmi,
@@ -129,6 +131,8 @@ __all__ = [
     "assemble",
     "balanced_truncation",
     "close",
+    "dlqe",
+    "dlqr",
     "fit",
     "generalised_plant",
     "h2_estimator",

@@ -20,7 +20,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Controller, finished
-from slewctl.design.riccati.lqr_kalman import kalman, lqr, optimum_checks
+from slewctl.design.riccati.lqr_kalman import optimal_feedback, optimal_filter, optimum_checks
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import RiccatiSolution
 from slewctl.plant import GeneralisedPlant, ill_posed
@@ -29,7 +29,7 @@ from slewctl.plant import GeneralisedPlant, ill_posed
 def sampled_plant_lqg(plant: GeneralisedPlant) -> Controller:
     """Return the LQG controller of a sampled plant; see `slewctl.lqg`."""
     start = perf_counter()
-    design = _Design(plant, lqr(plant), kalman(plant))
+    design = _Design(plant, optimal_feedback(plant), optimal_filter(plant))
     solved = perf_counter()
     system = design.system()
     built = perf_counter()
