@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     )
     from slewctl.arm import catalogue as arms
     from slewctl.basis import ArmMatched, ClampedFree, HubMatched, Polynomial, Slewing, WithStatic
+    from slewctl.compare import compare as compare_designs
+    from slewctl.compare import recommend, run_study, worst_case
     from slewctl.design import (
         Controller,
         dlqe,
@@ -58,12 +60,13 @@ if TYPE_CHECKING:
         UnstableLoopError,
         close,
         multiloop_margins,
+        ncf_margin,
+        norm,
         nu_gap,
-        residual_modes,
         simulate_slew,
         simulate_swing,
         small_gain,
-        stability_margin_bpc,
+        spillover,
     )
     from slewctl.loop.margin_functions import hybrid_delay_margin, margins
     from slewctl.measured.fit import fit
@@ -131,6 +134,7 @@ __all__ = [
     "assemble",
     "balanced_truncation",
     "close",
+    "compare_designs",
     "dlqe",
     "dlqr",
     "fit",
@@ -150,7 +154,9 @@ __all__ = [
     "margins",
     "modal_truncation",
     "multiloop_margins",
+    "ncf_margin",
     "nonlinear_system",
+    "norm",
     "nu_gap",
     "payload_lmi",
     "pd_notch",
@@ -159,17 +165,19 @@ __all__ = [
     "pole_placement",
     "pole_sensitivity",
     "positive_position",
-    "residual_modes",
+    "recommend",
+    "run_study",
     "sampled_plant",
     "simulate_slew",
     "simulate_swing",
     "small_gain",
+    "spillover",
     "spin_frequencies_hz",
-    "stability_margin_bpc",
     "state_space",
     "truth",
     "variance_bound",
     "vary",
+    "worst_case",
 ]
 
 __getattr__, __dir__ = attach(__name__, __file__)
