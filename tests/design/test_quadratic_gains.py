@@ -116,3 +116,34 @@ def test_what_no_gain_can_stabilise_is_refused() -> None:
         sc.lqr([[1.0, 0.0], [0.0, 2.0]], [[1.0], [0.0]], Q, R)
     with pytest.raises(sc.DesignError, match="not seen"):
         sc.kalman([[1.0, 0.0], [0.0, 2.0]], Q, [[1.0, 0.0]], Q, R)
+
+
+@given(seeds)
+def test_poles_of_any_matrices_are_placed(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n, m = int(rng.integers(1, 6)), int(rng.integers(1, 3))
+    A, B, poles = rng.normal(size=(n, n)), rng.normal(size=(n, m)), -rng.uniform(0.5, 3, n)
+    K = sc.place(A, B, list(poles))
+    assert K.shape == (m, n)
+    np.testing.assert_allclose(
+        np.sort_complex(np.linalg.eigvals(A - B @ K)), np.sort_complex(poles + 0j), atol=1e-4
+    )
+    np.testing.assert_array_equal(sc.place(control.ss(A, B, np.eye(n), 0), list(poles)), K)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: sc.place(A, B), "B and the poles"),
+        (lambda: sc.place([[1.0, 2.0]], [[1.0]], [-1.0]), "square A"),
+        (lambda: sc.place(A, B, [-1.0]), "poles"),
+    ],
+)
+def test_impossible_placements_are_refused(call: Callable[[], Any], told: str) -> None:
+    with pytest.raises(sc.InputError, match=told):
+        call()
+
+
+def test_a_pole_that_no_input_moves_is_named() -> None:
+    with pytest.raises(sc.DesignError, match=r"one of the poles .*2.* is not reached by the input"):
+        sc.place(np.diag([1.0, 2.0]), [[1.0], [0.0]], [-1.0, -2.0])

@@ -161,7 +161,7 @@ def kalman(plant: Any, *given: Any, W: Any = None, V: Any = None) -> QuadraticGa
             "W and V belong to a generalised plant", where="kalman", remedy="give QN and RN"
         )
     QN, RN = _named(rest, (None, None), ("QN", "RN"), "kalman")
-    noise = _matrix(QN, "QN")
+    noise = as_matrix(QN, "QN")
     if noise.shape != (G.shape[1], G.shape[1]):
         raise InputError(
             f"the noise has shape {noise.shape}",
@@ -242,9 +242,9 @@ def _system(
             where=where,
             remedy="give a plant, a system, or matrices in the order of python-control",
         )
-    A = _matrix(first, "A")
+    A = as_matrix(first, "A")
     n = len(A)
-    found = [_matrix(matrix, name) for matrix, name in zip(rest, names, strict=False)]
+    found = [as_matrix(matrix, name) for matrix, name in zip(rest, names, strict=False)]
     shapes = {"A": (n, n), "B": (n, -1), "G": (n, -1), "C": (-1, n)}
     for matrix, name in zip([A, *found], ["A", *names], strict=True):
         wanted = shapes[name]
@@ -258,7 +258,8 @@ def _system(
     return A, found[0], found[1] if len(found) > 1 else None, step, rest[len(names) :]
 
 
-def _matrix(value: object, name: str) -> Array:
+def as_matrix(value: object, name: str) -> Array:
+    """Return a matrix of finite numbers; refuse anything else."""
     remedy = "give a matrix of finite numbers"
     try:
         matrix = np.atleast_2d(np.asarray(value, dtype=float))
