@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from slewctl.design.placement.pole_placement import place, place_observer, pole_placement
     from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished, given
     from slewctl.design.riccati.gains import QuadraticGain, dlqe, dlqr, kalman, lqr
+    from slewctl.design.riccati.h2syn import h2syn
     from slewctl.design.riccati.lqg import lqg
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "h2_lmi",
     "h2_region",
     "h2_state_feedback",
+    "h2syn",
     "kalman",
     "lead",
     "lqg",

@@ -82,8 +82,19 @@ def optimal_feedback(
         C = np.vstack([states, cross])
         D = np.vstack([np.zeros((len(states), m)), root])
         where = "limits" if Q is None else "Q"
+    return weighted_feedback(plant, C, D, where)
+
+
+def weighted_feedback(plant: AnyPlant, C: Array, D: Array, where: str) -> RiccatiSolution:
+    """Return the feedback that minimises |Cx + Du|²; `where` has the weights, for messages."""
     _check_regulator(plant, C, D, where)
     return _solved(plant, plant.A, plant.B2, C, D)
+
+
+def weighted_filter(plant: AnyPlant, C: Array, D: Array) -> RiccatiSolution:
+    """Return the dual: the filter for noise Cᵀw on x' and Dᵀw on the measurements."""
+    _check_filter(plant, C, D)
+    return _solved(plant, plant.A.T, plant.C2.T, C, D)
 
 
 def optimal_filter(plant: AnyPlant, *, W: object = None, V: object = None) -> RiccatiSolution:
@@ -108,8 +119,7 @@ def optimal_filter(plant: AnyPlant, *, W: object = None, V: object = None) -> Ri
         )
         C = np.vstack([states, np.zeros((len(noise), n))])
         D = np.vstack([np.zeros((len(states), sensors)), noise])
-    _check_filter(plant, C, D)
-    return _solved(plant, plant.A.T, plant.C2.T, C, D)
+    return weighted_filter(plant, C, D)
 
 
 def _generalised(plant: object) -> GeneralisedPlant:
