@@ -59,7 +59,7 @@ def test_every_fault_of_a_first_file_is_told_at_once(tmp_path: Path) -> None:
     assert faults == {
         "title": 1, "arm.catalogue": 3, "arm.damping_ratio": 4, "arm.hub.inerta": 5, "arm.motor.R": 6, "arm.motor.resistance": 6, "model": 1,
         "controller.method": 8, "controller.limits": 9, "controller.noise.theta": 10, "slew.angle_deg": 12, "truth.mode": 15,
-        "requirements": 16, "requirements.disk_margin": 18, "variations.heavy.payload_mas": 20,
+        "requirements.gain_margin": 17, "requirements.disk_margin": 18, "variations.heavy.payload_mas": 20,
         "variations.heavy.mass_factor": 21, "tests": 22,
     }  # fmt: skip
     assert list(faults.values()) == sorted(faults.values())

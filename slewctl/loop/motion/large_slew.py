@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._show import Described
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_positive, shown
 from slewctl.loop.motion.gauss_collocation import GaussCollocation, Step, gauss_nodes
@@ -70,6 +71,7 @@ class Swing(Described):
         return np.column_stack([self.theta, self.q, self.theta_dot, self.q_dot])
 
 
+@single_threaded
 def simulate_swing(
     equations: NonlinearModel,
     t: Array,

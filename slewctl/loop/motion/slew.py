@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from slewctl._show import Axes, DataFrame, Described, axes_or_new, to_frame
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, check_count
 from slewctl.loop.closed import Loop
@@ -116,6 +117,7 @@ class SlewResponse(Described):
         return ax
 
 
+@single_threaded
 def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     """Return the response of a stable loop to `slew`.
 
