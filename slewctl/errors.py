@@ -61,7 +61,7 @@ class SlewctlError(Exception):
     def within(self, place: str, separator: str = ": ") -> SlewctlError:
         """Return the same error with `place`, such as a file, before its own place."""
         where = f"{place}{separator}{self.where}" if self.where else place
-        return type(self)(self.what, where=where, remedy=self.remedy)
+        return type(self)(self.what, where=where, remedy=lambda: self.remedy)
 
     def __str__(self) -> str:
         place = f"{one_line(self.where)}: " if self.where else ""

@@ -65,7 +65,7 @@ def design_file() -> str:
         "# Design files",
         "",
         "A design file is TOML. It describes and runs no code; unknown keys are refused.",
-        "Values are in SI units.",
+        "Values are in SI units, but where the name of a key says another, as in `angle_deg`.",
         "",
     ]
     text += _table(DesignTable, "")

@@ -82,7 +82,7 @@ class Source:
         key = self._key(error)
         line = self.line(key) or (1 if key else None)
         place = f"{self.path}:{line}" if line else str(self.path)
-        short = type(error)(error.what, where=clipped(key, _MOST_KEY), remedy=error.remedy)
+        short = type(error)(error.what, where=clipped(key, _MOST_KEY), remedy=lambda: error.remedy)
         return short.within(place)
 
     def _key(self, error: SlewctlError) -> str:

@@ -72,7 +72,7 @@ def test_what_lies_behind_the_types_is_told_at_once_too(tmp_path: Path) -> None:
     faults = told(written(tmp_path, text))
     assert faults.keys() == {
         "title", "arm.catalogue", "arm.damping_ratio", "controller.method", "controller.limits",
-        "controller.noise", "slew.angle_deg", "truth.modes", "requirements",
+        "controller.noise", "slew.angle_deg", "truth.modes", "requirements.gain_margin",
         "requirements.disk_margin", "variations.heavy.payload_mas",
         "variations.heavy.mass_factor", "tests", "model.basis", "compare.bases",
     }  # fmt: skip
