@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from slewctl import Arm, Beam, Hub, Payload
+from slewctl.paper import PaperReproduction, reproduce
 
 pytest_plugins = ["pytester"]
 
@@ -19,3 +20,9 @@ def full_arm() -> Arm:
         damping_ratio=0.01,
         name="full arm",
     )
+
+
+@pytest.fixture(scope="session")
+def reproduction() -> PaperReproduction:
+    """The paper, reproduced once; its tests are in one group, which one process runs."""
+    return reproduce()
