@@ -26,13 +26,18 @@ if TYPE_CHECKING:
     )
     from slewctl.arm import catalogue as arms
     from slewctl.basis import ArmMatched, ClampedFree, HubMatched, Polynomial, Slewing, WithStatic
+    from slewctl.compare import compare as compare_designs
+    from slewctl.compare import recommend, run_study, worst_case
     from slewctl.design import (
         Controller,
+        dlqe,
+        dlqr,
         h2_estimator,
         h2_hinf,
         h2_lmi,
         h2_region,
         h2_state_feedback,
+        h2syn,
         kalman,
         lead,
         lqg,
@@ -56,12 +61,13 @@ if TYPE_CHECKING:
         UnstableLoopError,
         close,
         multiloop_margins,
+        ncf_margin,
+        norm,
         nu_gap,
-        residual_modes,
         simulate_slew,
         simulate_swing,
         small_gain,
-        stability_margin_bpc,
+        spillover,
     )
     from slewctl.loop.margin_functions import hybrid_delay_margin, margins
     from slewctl.measured.fit import fit
@@ -87,8 +93,9 @@ if TYPE_CHECKING:
         sampled_plant,
         state_space,
     )
+    from slewctl.problem import Problem
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "AccuracyError",
@@ -112,6 +119,7 @@ __all__ = [
     "Objective",
     "Payload",
     "Polynomial",
+    "Problem",
     "Rayleigh",
     "SampledLoop",
     "Slew",
@@ -127,6 +135,9 @@ __all__ = [
     "assemble",
     "balanced_truncation",
     "close",
+    "compare_designs",
+    "dlqe",
+    "dlqr",
     "fit",
     "generalised_plant",
     "h2_estimator",
@@ -134,6 +145,7 @@ __all__ = [
     "h2_lmi",
     "h2_region",
     "h2_state_feedback",
+    "h2syn",
     "hub_locked_frequencies_hz",
     "hybrid_delay_margin",
     "kalman",
@@ -144,7 +156,9 @@ __all__ = [
     "margins",
     "modal_truncation",
     "multiloop_margins",
+    "ncf_margin",
     "nonlinear_system",
+    "norm",
     "nu_gap",
     "payload_lmi",
     "pd_notch",
@@ -153,17 +167,19 @@ __all__ = [
     "pole_placement",
     "pole_sensitivity",
     "positive_position",
-    "residual_modes",
+    "recommend",
+    "run_study",
     "sampled_plant",
     "simulate_slew",
     "simulate_swing",
     "small_gain",
+    "spillover",
     "spin_frequencies_hz",
-    "stability_margin_bpc",
     "state_space",
     "truth",
     "variance_bound",
     "vary",
+    "worst_case",
 ]
 
 __getattr__, __dir__ = attach(__name__, __file__)

@@ -15,7 +15,21 @@ if TYPE_CHECKING:
 else:
     Axes = DataFrame = Any
 
-__all__ = ["Axes", "DataFrame", "Tabular", "axes_or_new", "table_html", "to_frame"]
+__all__ = ["Axes", "DataFrame", "Described", "Tabular", "axes_or_new", "table_html", "to_frame"]
+
+# Of a result that is typed at a prompt, beside its first line.
+_MOST_LINES = 11
+
+
+class Described:
+    """A result of many numbers: typing it prints what its ``__str__`` says and not all of them."""
+
+    def __repr__(self) -> str:
+        first, *rest = str(self).splitlines()
+        return "\n".join([f"<{first}>", *rest[:_MOST_LINES]])
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"
 
 
 class Tabular:
@@ -82,10 +96,10 @@ def to_frame(rows: Sequence[Mapping[str, Any]]) -> DataFrame:
     return pandas.DataFrame([dict(row) for row in rows])
 
 
-def axes_or_new(ax: Axes | None) -> Axes:
-    """Return `ax`, or the axes of a new figure."""
+def axes_or_new(ax: Axes | None, rows: int = 1) -> Axes:
+    """Return `ax`, or the axes of a new figure, several one above the other as an array."""
     if ax is not None:
         return ax
     import matplotlib.pyplot as plt  # only those who draw wait for it
 
-    return plt.subplots(layout="constrained")[1]
+    return plt.subplots(rows, sharex=True, layout="constrained")[1]

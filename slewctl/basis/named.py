@@ -8,7 +8,7 @@ from slewctl.basis.contract import Basis
 from slewctl.basis.hub_matched import HubMatched
 from slewctl.basis.polynomial import Polynomial
 from slewctl.basis.slewing import Slewing
-from slewctl.errors import check_choice
+from slewctl.errors import InputError, check_choice, check_count, shown
 
 BASES: dict[str, type[Basis]] = {
     kind.name: kind for kind in (ClampedFree, Slewing, Polynomial, HubMatched, ArmMatched)
@@ -16,6 +16,43 @@ BASES: dict[str, type[Basis]] = {
 """Bases that a name and a number of functions describe."""
 
 NAMES = tuple(BASES)
+
+
+def described(basis: object, n: object = None, where: str = "basis") -> Basis:
+    """Return a basis given as itself, or by name and number of functions.
+
+    Parameters
+    ----------
+    basis : Basis or str
+    n : int, optional
+        With a name.
+    where : str
+        What asked for it, for messages.
+
+    Raises
+    ------
+    InputError
+        For something else, a name without `n`, or `n` beside a basis that has its own.
+    """
+    if isinstance(basis, str):
+        if n is None:
+            raise InputError(
+                f"no number of functions for the basis {shown(basis)}",
+                where=where,
+                remedy="give n too",
+            )
+        return create(basis, check_count(n, "n"))
+    if not isinstance(basis, Basis):
+        raise InputError(
+            f"{shown(basis)} is not a basis",
+            where=where,
+            remedy="give one, as in Slewing(3), or its name and n",
+        )
+    if n is not None:
+        raise InputError(
+            f"{basis!r} has its own number of functions", where="n", remedy="leave n out"
+        )
+    return basis
 
 
 def create(name: str, n: int) -> Basis:

@@ -9,26 +9,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._show import Axes, Tabular, axes_or_new
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array
 from slewctl.compare.case import Case
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.ladder import Ladder, climb, steps
 from slewctl.compare.quantities import RECORDED, row
 from slewctl.errors import SlewctlError
-from slewctl.loop import Loop, SlewResponse
+from slewctl.loop import SlewResponse
+from slewctl.loop.curves import curve
 from slewctl.model import Model, beam_inertia
 
 Progress = Callable[[str], None]
 
-_CURVE_POINTS = 120
 SHAPES_SHOWN = 6
 # What a report follows of the case's own design.
 FOLLOWED = ("stable", "h2_loss", *RECORDED)
-# A step of a curve, in nepers and radians together, that is still drawn as a line.
+# Of the curves of a page, which holds many: see `slewctl.loop.curves`.
+_CURVE_POINTS = 120
 _CURVE_STEP = 0.6
-# A lightly damped zero is this much narrower than the distance of the first points.
-_CURVE_HALVINGS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,47 +280,16 @@ def _summary(judge: Judge, chosen: Evaluation) -> TruthSummary:
 
 def _curve(evaluation: Evaluation) -> LoopCurves:
     loop = evaluation.judgement.loop
-    omega, values = _smooth(loop, _frequencies(loop))
-    phase = np.degrees(np.unwrap(np.angle(values)))
-    # Start between −360° and 0°, where a loop with a rigid body is read.
-    phase -= 360 * np.ceil(phase[0] / 360)
+    drawn = curve(loop, _CURVE_POINTS, _CURVE_STEP)
     return LoopCurves(
         evaluation.basis,
         evaluation.n,
         evaluation.stable,
-        omega / (2 * np.pi),
-        20 * np.log10(np.abs(values)),
-        phase,
+        drawn.frequency_hz,
+        drawn.gain_db,
+        drawn.phase_deg,
         evaluation.judgement.response if evaluation.stable else None,
     )
-
-
-def _smooth(loop: Loop, omega: Array) -> tuple[Array, ComplexArray]:
-    """Return frequencies and L there, with more of them wherever a drawn line would bend."""
-    values = loop.response(omega)
-    for _ in range(_CURVE_HALVINGS):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = np.abs(np.log(values[1:] / values[:-1]))
-        coarse = step > _CURVE_STEP
-        if not coarse.any():
-            break
-        omega = np.sort(np.concatenate([omega, np.sqrt(omega[1:] * omega[:-1])[coarse]]))
-        values = loop.response(omega)
-    finite = np.isfinite(values)
-    return omega[finite], values[finite]
-
-
-def _frequencies(loop: Loop) -> Array:
-    """Return frequencies in rad/s, dense at every pole of the loop."""
-    poles = loop.open_poles
-    poles = poles[poles.imag > 0]
-    slow = np.abs(loop.poles)[np.abs(loop.poles) > 0].min()
-    fast = min(1.3 * loop.model.omega[-1], loop.nyquist_rad_s)
-    grid = np.geomspace(slow / 10, fast, _CURVE_POINTS)
-    widths = np.abs(poles.real)[:, None] * np.array([0, 0.5, 1, 2, 4, 8, 16])
-    around = np.concatenate([poles.imag[:, None] + widths, poles.imag[:, None] - widths])
-    around = around[(around > grid[0]) & (around < fast)]
-    return np.unique(np.concatenate([grid, around]))
 
 
 def _shapes(source: str, model: Model, modes: int) -> ModeShapes:

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from slewctl.design.placement.assignment import PoleSensitivity, pole_sensitivity
     from slewctl.design.placement.pole_placement import place, place_observer, pole_placement
     from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished, given
+    from slewctl.design.riccati.gains import QuadraticGain, dlqe, dlqr, kalman, lqr
+    from slewctl.design.riccati.h2syn import h2syn
     from slewctl.design.riccati.lqg import lqg
-    from slewctl.design.riccati.lqr_kalman import kalman, lqr
 
 __all__ = [
     "METHODS",
@@ -31,9 +32,12 @@ __all__ = [
     "Guarantee",
     "H2Gain",
     "PoleSensitivity",
+    "QuadraticGain",
     "ScaledPlant",
     "build_h2",
     "build_h2_joint",
+    "dlqe",
+    "dlqr",
     "finished",
     "given",
     "h2_estimator",
@@ -41,6 +45,7 @@ __all__ = [
     "h2_lmi",
     "h2_region",
     "h2_state_feedback",
+    "h2syn",
     "kalman",
     "lead",
     "lqg",

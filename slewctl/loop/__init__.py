@@ -24,22 +24,23 @@ if TYPE_CHECKING:
         PlantGraph,
         best_output_scale,
         gap_between,
+        ncf_margin,
         nu_gap,
         plant_graph,
-        stability_margin_bpc,
     )
     from slewctl.loop.robust.return_ratios import input_loop, input_output_loop, output_loop
     from slewctl.loop.robust.small_gain import (
         ResidualMode,
         SmallGain,
         Spillover,
-        residual_modes,
         small_gain,
+        spillover,
     )
     from slewctl.loop.sampled import SampledLoop
     from slewctl.loop.single.classical_margins import Crossing, Margins, classical_margins
     from slewctl.loop.single.hybrid_delay import HybridDelay
     from slewctl.loop.single.perturbation import Perturbation
+    from slewctl.loop.system_norm import norm
     from slewctl.numerics.frequency_response import FrequencyResponse
     from slewctl.numerics.hinf_norm import Peak, peak_gain
 
@@ -74,16 +75,17 @@ __all__ = [
     "input_output_loop",
     "multiloop_disk_margin",
     "multiloop_margins",
+    "ncf_margin",
+    "norm",
     "nu_gap",
     "output_loop",
     "peak_gain",
     "perturbation_system",
     "plant_graph",
-    "residual_modes",
     "simulate_slew",
     "simulate_swing",
     "small_gain",
-    "stability_margin_bpc",
+    "spillover",
 ]
 
 __getattr__, __dir__ = attach(__name__, __file__)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.design import Controller
 from slewctl.errors import SlewctlError
+from slewctl.loop.curves import draw
 from slewctl.loop.parts import Pair
 from slewctl.loop.single.classical_margins import Margins, classical_margins
 from slewctl.loop.single.mode_names import Modes, modes_of_pair
@@ -171,6 +172,30 @@ class Loop:
     def response(self, omega: Array) -> ComplexArray:
         """Return L at each ω in rad/s: L(jω), or L(e^(jωT)) of a sampled loop."""
         return FrequencyResponse(self.opened)(omega)
+
+    def plot(self, kind: str = "bode", ax: Any = None) -> Any:
+        """Draw the return ratio or the poles.
+
+        Parameters
+        ----------
+        kind : {"bode", "nyquist", "nichols", "poles"}
+            Bode and Nyquist with the margins marked; poles of the open and the closed loop.
+        ax : matplotlib Axes, optional
+            By default those of a new figure; a pair of them for Bode.
+
+        Returns
+        -------
+        Axes, or an array of two
+
+        Raises
+        ------
+        InputError
+            For another kind, or one pair of axes too few.
+        """
+        return draw(self, kind, ax)
+
+    def __repr__(self) -> str:
+        return f"<{self.controller.method} loop on {self.model.arm.name}: {self.describe()}>"
 
     def _repr_html_(self) -> str:
         told = f"<p>{escape(self.describe())}</p>"

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from slewctl._types import Array
 from slewctl.design import Controller
 from slewctl.errors import InputError, shown
 from slewctl.numerics.frequency_response import sample_time
-from slewctl.numerics.linear_system import LinearSystem, clock_unknown, linear, of_kind
+from slewctl.numerics.given_system import read_system, static
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant
 
 if TYPE_CHECKING:
@@ -31,56 +31,9 @@ Plant: TypeAlias = "GeneralisedPlant | System"
 _NAMELESS = re.compile(r"[uy]\[\d+\]")
 
 
-def static(gain: Array | float, dt: float | None = None) -> LinearSystem:
-    """Return a system without states, of shape (outputs, inputs)."""
-    D = np.atleast_2d(np.asarray(gain, dtype=float))
-    outputs, inputs = D.shape
-    nothing = np.zeros((0, 0)), np.zeros((0, inputs)), np.zeros((outputs, 0))
-    return LinearSystem(*nothing, D, dt)
-
-
 def state_space(system: object, where: str) -> LinearSystem:
-    """Return a system as a state space of finite numbers, its sample time known."""
-    if isinstance(system, GeneralisedPlant):
-        return system.path
-    if of_kind(system, "TransferFunction"):
-        system = _realised(system, where)
-    if clock_unknown(system):
-        raise InputError(
-            "its sample time is not known", where=where, remedy="give it in seconds, as dt"
-        )
-    found = linear(system)
-    if found is None:
-        raise InputError(
-            f"{shown(system)} is no state-space system or transfer function",
-            where=where,
-            remedy="give a control.StateSpace or control.TransferFunction",
-        )
-    if not found.finite:
-        raise InputError("it has entries that are not finite", where=where, remedy="mend them")
-    return found
-
-
-def _realised(system: control.TransferFunction, where: str) -> control.StateSpace | LinearSystem:
-    if system.ninputs != 1 or system.noutputs != 1:
-        raise InputError(
-            "a transfer function with several inputs or outputs",
-            where=where,
-            remedy="give a control.StateSpace",
-        )
-    up, down = (np.trim_zeros(np.atleast_1d(p[0][0]), "f") for p in (system.num, system.den))
-    if len(up) > len(down):
-        raise InputError(
-            "more zeros than poles: it has no state space",
-            where=where,
-            remedy="add poles above the frequencies of interest",
-        )
-    if not len(up):
-        zero = static(0.0, system.dt)
-        return arranged(zero, system.input_labels, system.output_labels, where)
-    import control  # loaded already: the system is one of its own
-
-    return control.tf2ss(system)
+    """Return a system as a state space; of a generalised plant the actuator's path."""
+    return system.path if isinstance(system, GeneralisedPlant) else read_system(system, where)
 
 
 def feedback_sign(sign: object, controller: object = None) -> int:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammaincc
 
+from slewctl._show import Described
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.errors import check_choice
@@ -50,8 +51,8 @@ class Estimate:
         return f"{self.name} = {self.value:.6g} {self.unit} {spread}{limit}, from {self.start:.6g}"
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Described):
     """An arm adjusted to measured frequencies.
 
     Attributes

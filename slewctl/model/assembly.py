@@ -16,17 +16,19 @@ from typing import Literal
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
+from slewctl._show import Described
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis
+from slewctl.basis.named import described
 from slewctl.errors import InputError, shown
 from slewctl.model.quadrature import SAMPLED_DEGREE, UNIT_ROUNDOFF, Rule, composite, settled
 
 Boundary = Literal["hub-locked", "free"]
 
 
-@dataclass(frozen=True, eq=False)
-class Model:
+@dataclass(frozen=True, eq=False, repr=False)
+class Model(Described):
     """The linear model M ẍ + D ẋ + K x = b τ of an arm in one basis, x = [θ, q].
 
     Attributes
@@ -54,6 +56,11 @@ class Model:
     omega: Array
     mode_shapes: Array
     quadrature_error: float
+
+    def __str__(self) -> str:
+        hertz = ", ".join(f"{f:.4g}" for f in self.frequencies_hz[:4])
+        more = " …" if self.n > 4 else ""
+        return f"{self.arm.name} on {self.n} {self.basis.name} functions: {hertz}{more} Hz"
 
     def __post_init__(self) -> None:
         for name in ("mass", "damping", "stiffness", "input", "omega", "mode_shapes"):
@@ -103,14 +110,17 @@ class Factors:
     quadrature_error: float = field(default=UNIT_ROUNDOFF)
 
 
-def assemble(arm: Arm, basis: Basis) -> Model:
+def assemble(arm: Arm, basis: Basis | str, n: int | None = None) -> Model:
     """Return the model of `arm` discretised by `basis`.
 
     Parameters
     ----------
     arm : Arm
-    basis : Basis
-        A description, such as ``HubMatched(4)``: it is matched to this arm.
+    basis : Basis or str
+        A description, such as ``HubMatched(4)``, or a name such as ``"hub-matched"`` with `n`:
+        it is matched to this arm.
+    n : int, optional
+        Number of functions of a basis given by name.
 
     Returns
     -------
@@ -130,11 +140,7 @@ def assemble(arm: Arm, basis: Basis) -> Model:
         If the integrals of a callable profile do not settle.
     """
     check_arm(arm, "assemble")
-    if not isinstance(basis, Basis):
-        raise InputError(
-            f"{shown(basis)} is not a basis", where="assemble", remedy="give one, as in Slewing(3)"
-        )
-    matched = basis.matched_to(arm)
+    matched = described(basis, n, "assemble").matched_to(arm)
     return model_from_factors(arm, matched, factors(arm, matched))
 
 

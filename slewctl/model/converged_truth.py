@@ -14,7 +14,7 @@ from slewctl.model.converge import check_modes, converged
 DEFAULT_MODES = 20
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Truth(Model):
     """A model in the arm's own slewing modes, converged.
 

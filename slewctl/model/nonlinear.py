@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from slewctl._show import Described
 from slewctl._types import Array
 from slewctl.errors import SlewctlError
 from slewctl.model.assembly import Model
@@ -29,8 +30,8 @@ class LargeDeflectionError(SlewctlError):
     """The arm bends further than equations of second order in the deflection can describe."""
 
 
-@dataclass(frozen=True, eq=False)
-class NonlinearModel:
+@dataclass(frozen=True, eq=False, repr=False)
+class NonlinearModel(Described):
     """The nonlinear equations of a large slew (see the module's docstring).
 
     States are [θ, q, θ̇, q̇] as in `state_space`.  J, Φ̃, M_e, K_e and D are those of the
@@ -52,6 +53,10 @@ class NonlinearModel:
     carried_mass: Array
     geometric_stiffness: Array
     stiffening: bool
+
+    def __str__(self) -> str:
+        tension = "with" if self.stiffening else "without"
+        return f"large slews of {self.linear}, {tension} stiffening by tension"
 
     def __post_init__(self) -> None:
         for name in ("carried_mass", "geometric_stiffness"):

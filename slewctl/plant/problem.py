@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slewctl._show import Described
 from slewctl._types import Array
 from slewctl.errors import InputError, shown
 from slewctl.model import Model
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 
 
 @holding_light
-@dataclass(frozen=True, eq=False)
-class GeneralisedPlant(WithSystem):
+@dataclass(frozen=True, eq=False, repr=False)
+class GeneralisedPlant(Described, WithSystem):
     """A plant with named disturbances, controls, performance outputs and measurements.
 
         ẋ = A x + B₁ w + B₂ u,   z = C₁ x + D₁₁ w + D₁₂ u,   y = C₂ x + D₂₁ w + D₂₂ u,
@@ -56,6 +57,14 @@ class GeneralisedPlant(WithSystem):
     sensors: tuple[str, ...]
     model: Model | None = None
     objective: Objective | None = None
+
+    def __str__(self) -> str:
+        w, z = self.linear.input_labels[:-1], self.linear.output_labels[: self.performance]
+        clock = f", every {self.sample_time:g} s" if self.sample_time else ""
+        return (
+            f"plant of {self.linear.nstates} states{clock}: {', '.join([*w, self.actuator])} to "
+            f"{', '.join([*z, *self.sensors])}"
+        )
 
     def __post_init__(self) -> None:
         _check_system(vars(self).get("_given"), vars(self)["_linear"])

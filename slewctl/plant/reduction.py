@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from scipy.linalg import block_diag
 
+from slewctl._show import Described
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_choice, check_count, shown
 from slewctl.numerics.linear_system import (
@@ -51,8 +52,8 @@ _ROUNDING = 1e-11
 
 
 @holding_light
-@dataclass(frozen=True, eq=False)
-class Reduced(WithSystem):
+@dataclass(frozen=True, eq=False, repr=False)
+class Reduced(Described, WithSystem):
     """A reduced system, and how far it is from the one it was made of.
 
     Attributes
@@ -92,6 +93,9 @@ class Reduced(WithSystem):
     sizes: Mapping[str, float]
     residual: float
     feedthrough: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __str__(self) -> str:
+        return f"{self.method} to {self.order} states: error {self.error:.3g} to {self.bound:.3g}"
 
     def corrected(self, controller: Any) -> Any:
         """Return a controller that expects the static response of the removed modes.

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slewctl._show import Described
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_nonnegative, check_positive
 from slewctl.numerics.linear_system import LinearSystem
@@ -30,8 +31,8 @@ _WHOLE = 1e-9
 MOST_DELAY = 10
 
 
-@dataclass(frozen=True, eq=False)
-class SampledPlant:
+@dataclass(frozen=True, eq=False, repr=False)
+class SampledPlant(Described):
     """A generalised plant between a hold and a sampler.
 
     The states are those of the plant and, below them, the inputs that are still on their
@@ -65,6 +66,10 @@ class SampledPlant:
     sensor_noise: Array
     cost: Array
     noise_cost: float
+
+    def __str__(self) -> str:
+        late = f", {self.delay:g} s late" if self.delay else ""
+        return f"{self.plant}, sampled every {self.sample_time:g} s{late}"
 
     @property
     def waiting(self) -> int:

@@ -21,9 +21,10 @@ from scipy.linalg import block_diag, solve_triangular
 from scipy.sparse.csgraph import connected_components
 
 from slewctl._types import Array, ComplexArray
-from slewctl.errors import AccuracyError, InputError, shown
+from slewctl.errors import AccuracyError, InputError
 from slewctl.numerics.balance import balance
-from slewctl.numerics.linear_system import LinearSystem, clock_unknown, linear
+from slewctl.numerics.given_system import read_system
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.invariant import Piece, check_rigid, consecutive
 
 _RESIDUAL = 1e-7
@@ -163,15 +164,13 @@ def separate(system: object) -> Separated:
 
 def continuous(system: object) -> LinearSystem:
     """Return a continuous-time state space of finite numbers; refuse anything else."""
-    light = None if clock_unknown(system) else linear(system)
-    if light is None or light.sample_time:
+    light = read_system(system, "reduction")
+    if light.sample_time:
         raise InputError(
-            f"{shown(system)} is not a continuous-time StateSpace",
+            f"it is sampled, every {light.sample_time:g} s",
             where="reduction",
-            remedy="give one made by state_space or generalised_plant",
+            remedy="give a continuous system, and sample what comes of it",
         )
-    if not light.finite:
-        raise InputError("the system is not finite", where="reduction", remedy="check its matrices")
     return light
 
 

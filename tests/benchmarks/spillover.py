@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from slewctl import AccuracyError, Loop, Model
-from slewctl.loop.robust.small_gain import residual_modes
+from slewctl.loop.robust.small_gain import spillover
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "compare"))
 from random_spillover import random_design
@@ -59,7 +59,7 @@ def main(count: int) -> None:
 
 def _names_the_mode(loop: Loop, design: Model) -> bool:
     """Whether the first mode to go on the way to the truth is near an unstable pole."""
-    first = residual_modes(loop, design).critical_hz
+    first = spillover(loop, design).critical_hz
     known = loop.model.frequencies_hz
 
     def nearest(hertz: float) -> int:

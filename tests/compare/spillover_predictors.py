@@ -17,7 +17,7 @@ from slewctl._types import Array, BoolArray
 from slewctl.compare.study.area_under_curve import area_under_curve
 from slewctl.errors import InputError
 from slewctl.loop import FrequencyResponse, Loop, close
-from slewctl.loop.robust.nu_gap import best_output_scale, nu_gap, stability_margin_bpc
+from slewctl.loop.robust.nu_gap import best_output_scale, ncf_margin, nu_gap
 from slewctl.loop.robust.small_gain import LeftOut
 from slewctl.model import Model
 from slewctl.plant import generalised_plant
@@ -141,7 +141,7 @@ def _gap_ratios(loop: Loop, design: Model) -> list[float]:
     best = best_output_scale(P, C)
     found = []
     for units in (np.ones(len(best)), *(factor * best for factor in _UNITS)):
-        margin = stability_margin_bpc(P, C, output_scale=units.tolist())
+        margin = ncf_margin(P, C, output_scale=units.tolist())
         gap = nu_gap(P, truth, output_scale=units.tolist())
         found.append(gap.value / margin.value)
     return found

@@ -13,6 +13,7 @@ from general_plants import made
 
 from slewctl import DesignError, GeneralisedPlant, Objective, kalman, lqg, lqr
 from slewctl.design import Certificate, Check, finished
+from slewctl.design.riccati import lqr_kalman
 from slewctl.numerics.matrix_equations import RiccatiSolution
 
 
@@ -35,11 +36,11 @@ def test_every_check_passes(objective: Objective, modes: int) -> None:
         lambda s: replace(s, residual=float("nan")),
     ],
 )
-@pytest.mark.parametrize("which", ["lqr", "kalman"])
+@pytest.mark.parametrize("which", ["optimal_feedback", "optimal_filter"])
 def test_tampered_result_is_not_verified(
     monkeypatch: pytest.MonkeyPatch, which: str, tamper: object
 ) -> None:
-    original = {"lqr": lqr, "kalman": kalman}[which]
+    original = getattr(lqr_kalman, which)
 
     def tampered(plant: GeneralisedPlant) -> RiccatiSolution:
         return tamper(original(plant))  # type: ignore[operator]

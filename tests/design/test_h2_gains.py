@@ -87,7 +87,7 @@ def test_gaps_of_any_arm(arm: Arm) -> None:
 def test_gains_are_those_of_the_riccati_equations() -> None:
     """The cost is stationary at the optimum: a gap of 1e-14 leaves the gain seven digits."""
     p = plant(ClampedFree(4))
-    K, Kf = lqr(p).gain, kalman(p).gain.T
+    K, Kf = lqr(p).gain, kalman(p).gain
     np.testing.assert_allclose(h2_state_feedback(p).gain, K, atol=1e-6 * np.abs(K).max())
     np.testing.assert_allclose(h2_estimator(p).gain, Kf, atol=1e-5 * np.abs(Kf).max())
 

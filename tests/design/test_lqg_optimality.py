@@ -52,7 +52,7 @@ def test_separation_principle(arm: Arm) -> None:
     plant = generalised_plant(assemble(arm, ClampedFree(2)), OBJECTIVE)
     closed = np.linalg.eigvals(plant.close(lqg(plant).system).A)
     regulator = np.linalg.eigvals(plant.A - plant.B2 @ lqr(plant).gain)
-    observer = np.linalg.eigvals(plant.A - kalman(plant).gain.T @ plant.C2)
+    observer = np.linalg.eigvals(plant.A - kalman(plant).gain @ plant.C2)
     # Regulator and observer poles may nearly coincide: then rounding enters by its root.
     assert pole_distance(closed, np.concatenate([regulator, observer])) < 1e-7
 
@@ -91,7 +91,7 @@ def test_cost_is_stationary_at_the_optimum(seed: int) -> None:
 def test_cost_by_both_dual_formulas(objective: Objective, modes: int) -> None:
     plant = design_plant(modes, objective)
     regulator, observer = lqr(plant), kalman(plant)
-    K, Kf, X, Y = regulator.gain, observer.gain.T, regulator.X, observer.X
+    K, Kf, X, Y = regulator.gain, observer.gain, regulator.X, observer.X
     control_side = np.trace(plant.B1.T @ X @ plant.B1) + np.trace(
         plant.D12 @ K @ Y @ K.T @ plant.D12.T
     )

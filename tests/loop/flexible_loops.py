@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag, expm
 
 from slewctl.errors import AccuracyError
-from slewctl.loop.parts import static
+from slewctl.numerics.given_system import static
 from slewctl.numerics.matrix_equations import solve_riccati
 
 Array = NDArray[np.float64]

@@ -11,9 +11,9 @@ from random_multiloops import flexible_plant, lqg_controller
 from strategies import deterministic
 
 from slewctl import InputError
-from slewctl.loop.parts import static
-from slewctl.loop.robust.nu_gap import best_output_scale, nu_gap, stability_margin_bpc
+from slewctl.loop.robust.nu_gap import best_output_scale, ncf_margin, nu_gap
 from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.given_system import static
 
 gains = st.floats(-5.0, 5.0)
 
@@ -129,18 +129,16 @@ def test_against_the_distance_at_each_frequency() -> None:
 def test_margin_in_closed_form() -> None:
     """b of k/s with u = −c y: at low frequency c/√(1 + c²), at high 1/√(1 + c²)."""
     for k, c in ((1.0, 1.0), (2.0, 0.5), (0.1, 3.0)):
-        found = stability_margin_bpc(lag(k, 0.0), static(c))
+        found = ncf_margin(lag(k, 0.0), static(c))
         assert found.value == pytest.approx(min(c, 1) / np.sqrt(1 + c**2), rel=1e-8)
-    unstable = stability_margin_bpc(lag(1.0, 0.0), static(-1.0))
+    unstable = ncf_margin(lag(1.0, 0.0), static(-1.0))
     assert (unstable.value, unstable.stable, unstable.frequency_hz) == (0.0, False, None)
 
 
 def test_margin_of_static_loops_is_the_distance_from_the_inverse_of_the_controller() -> None:
     for gain, back in ((2.0, -0.7), (0.3, -4.0), (-1.0, 0.2)):
         expected = chordal(gain, 1 / back)
-        assert stability_margin_bpc(static(gain), static(back), sign=1).value == pytest.approx(
-            expected
-        )
+        assert ncf_margin(static(gain), static(back), sign=1).value == pytest.approx(expected)
 
 
 def perturbed(rng: np.random.Generator, plant: control.StateSpace) -> control.StateSpace:
@@ -162,8 +160,8 @@ def test_a_margin_larger_than_the_gap_keeps_the_loop_stable() -> None:
         plant = flexible_plant(rng, int(rng.integers(1, 5)), 1, int(rng.integers(1, 3)))
         controller = lqg_controller(rng, plant)
         other = perturbed(rng, plant)
-        b, gap = stability_margin_bpc(plant, controller, sign=1), nu_gap(plant, other)
-        after = stability_margin_bpc(other, controller, sign=1)
+        b, gap = ncf_margin(plant, controller, sign=1), nu_gap(plant, other)
+        after = ncf_margin(other, controller, sign=1)
         if b.value > gap.value:
             safe += 1
             assert after.stable
@@ -191,14 +189,14 @@ def test_units() -> None:
     assert nu_gap(plant, other, **scales).value == pytest.approx(
         nu_gap(in_units(plant), in_units(other)).value, rel=1e-6
     )
-    assert stability_margin_bpc(plant, controller, sign=1, **scales).value == pytest.approx(
-        stability_margin_bpc(in_units(plant), back, sign=1).value, rel=1e-6
+    assert ncf_margin(plant, controller, sign=1, **scales).value == pytest.approx(
+        ncf_margin(in_units(plant), back, sign=1).value, rel=1e-6
     )
     best = best_output_scale(plant, controller, sign=1)
-    top = stability_margin_bpc(plant, controller, sign=1, output_scale=best.tolist()).value
+    top = ncf_margin(plant, controller, sign=1, output_scale=best.tolist()).value
     for _ in range(12):
         tried = best * 10 ** rng.uniform(-1, 1, 2)
-        b = stability_margin_bpc(plant, controller, sign=1, output_scale=tried.tolist()).value
+        b = ncf_margin(plant, controller, sign=1, output_scale=tried.tolist()).value
         assert b <= top * 1.02
 
 
@@ -209,8 +207,8 @@ def test_sampling_by_the_bilinear_map_keeps_gap_and_margin() -> None:
     step = 0.1
     discrete = [P.sample(step, method="bilinear") for P in (plant, other, controller)]
     assert nu_gap(*discrete[:2]).value == pytest.approx(nu_gap(plant, other).value, rel=1e-6)
-    assert stability_margin_bpc(discrete[0], discrete[2], sign=1).value == pytest.approx(
-        stability_margin_bpc(plant, controller, sign=1).value, rel=1e-6
+    assert ncf_margin(discrete[0], discrete[2], sign=1).value == pytest.approx(
+        ncf_margin(plant, controller, sign=1).value, rel=1e-6
     )
     found = nu_gap(*discrete[:2]).frequency_hz
     assert found is not None
@@ -232,9 +230,9 @@ def test_what_cannot_be_compared_is_refused() -> None:
     with pytest.raises(InputError, match=r"control\.StateSpace"):
         nu_gap(one, 3.0)
     with pytest.raises(InputError, match="controller"):
-        stability_margin_bpc(one, two)
+        ncf_margin(one, two)
     with pytest.raises(InputError, match="well posed"):
-        stability_margin_bpc(static(2.0), static(-0.5))
+        ncf_margin(static(2.0), static(-0.5))
     with pytest.raises(InputError, match="stable loop"):
         best_output_scale(lag(1.0, 0.0), static(-1.0))
     with pytest.raises(InputError, match="z = −1"):

@@ -26,16 +26,16 @@ from slewctl import (
     state_space,
 )
 from slewctl.loop.margin_functions import hybrid_delay_margin, margins
-from slewctl.loop.parts import static
 from slewctl.loop.robust.multiloop import multiloop_margins
 from slewctl.loop.robust.nu_gap import (
     best_output_scale,
     gap_between,
+    ncf_margin,
     nu_gap,
     plant_graph,
-    stability_margin_bpc,
 )
 from slewctl.loop.robust.return_ratios import input_loop, input_output_loop, output_loop
+from slewctl.numerics.given_system import static
 from slewctl.testing import assert_margins
 
 LOOP = loop_on(uniform_arm(), TWO_SENSORS, modes=5, n=2)
@@ -76,7 +76,7 @@ ASKED: dict[str, Asked] = {
     "assert_margins": lambda P, K, sign: (
         assert_margins(P, K, sign=sign, phase_margin_deg=0.999 * PHASE) is None
     ),
-    "stability_margin_bpc": lambda P, K, sign: stability_margin_bpc(P, K, sign=sign).value,
+    "ncf_margin": lambda P, K, sign: ncf_margin(P, K, sign=sign).value,
     "best_output_scale": lambda P, K, sign: np.sort(best_output_scale(P, K, sign=sign)).tolist(),
     "input_loop": lambda P, K, sign: difference(input_loop(P, K, sign=sign)),
     "output_loop": lambda P, K, sign: difference(output_loop(P, K, sign=sign)),
@@ -201,7 +201,7 @@ def test_an_option_that_means_nothing_is_refused() -> None:
         hybrid_delay_margin(sampled, sampled.controller)
     for scale in ({"output_scale": -1.0}, {"input_scale": [1.0, 1.0]}):
         with pytest.raises(InputError, match="put_scale"):
-            stability_margin_bpc(static(1.0), static(-2.0), **scale)
+            ncf_margin(static(1.0), static(-2.0), **scale)
 
 
 @given(st.permutations(range(3)), st.permutations(range(2)))
@@ -221,8 +221,8 @@ def test_the_gap_of_a_plant_and_itself_in_another_order_is_zero(
     assert nu_gap(first, second, **scales).value < 1e-7
     controller = lqg_controller(np.random.default_rng(4), plant)
     K = named(controller, outputs.tolist(), inputs.tolist())
-    b = stability_margin_bpc(first, K, sign=1).value
-    assert stability_margin_bpc(second, K, sign=1).value == pytest.approx(b, rel=1e-6)
+    b = ncf_margin(first, K, sign=1).value
+    assert ncf_margin(second, K, sign=1).value == pytest.approx(b, rel=1e-6)
     L, other = (output_loop(P, K, sign=1) for P in (first, second))
     for i, name in enumerate(outputs[rows]):
         j = outputs.tolist().index(name)

@@ -13,8 +13,9 @@ from slewctl import ClampedFree, assemble, close, generalised_plant, lqg, truth
 from slewctl.errors import InputError
 from slewctl.loop import UnstableLoopError
 from slewctl.loop.margin_functions import hybrid_delay_margin, margins
-from slewctl.loop.parts import state_space, static
+from slewctl.loop.parts import state_space
 from slewctl.loop.single.hybrid_delay import delayed_loop, sampled_with_delay, smallest_delay
+from slewctl.numerics.given_system import static
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import sampled_plant
 

@@ -12,7 +12,7 @@ from loop_examples import loop_on, stable_loop, uniform_arm, unstable_loop
 from slewctl.errors import InputError, SlewctlError
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
-from slewctl.loop.parts import static
+from slewctl.numerics.given_system import static
 
 S = control.tf("s")
 Z = control.tf("z")

@@ -27,7 +27,7 @@ from slewctl import (
     truth,
 )
 from slewctl.loop import classical_margins
-from slewctl.loop.parts import state_space, static
+from slewctl.loop.parts import state_space
 from slewctl.loop.robust.multiloop import (
     MultiloopDisk,
     multiloop_disk_margin,
@@ -41,6 +41,7 @@ from slewctl.loop.robust.return_ratios import (
     output_loop,
     sensitivity,
 )
+from slewctl.numerics.given_system import static
 
 BRACKET = 1e-4
 

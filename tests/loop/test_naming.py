@@ -22,8 +22,8 @@ from slewctl import (
     truth,
 )
 from slewctl.loop.margin_functions import margins
-from slewctl.loop.parts import static
 from slewctl.loop.single.classical_margins import Crossing
+from slewctl.numerics.given_system import static
 from slewctl.plant import SIGNALS
 
 NAMES = ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus", "disk")

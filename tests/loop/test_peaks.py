@@ -8,8 +8,8 @@ import pytest
 from random_loops import stable_loops
 
 from slewctl.loop import Loop, classical_margins
-from slewctl.loop.parts import static
 from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.given_system import static
 from slewctl.numerics.hinf_norm import PEAK_TOLERANCE, peak_gain
 
 

@@ -24,7 +24,7 @@ from slewctl import (
     lqg,
     truth,
 )
-from slewctl.loop.robust.small_gain import LeftOut, residual_modes, small_gain
+from slewctl.loop.robust.small_gain import LeftOut, small_gain, spillover
 from slewctl.numerics.frequency_response import FrequencyResponse
 
 BEAM = Beam(1.0, (1.0, -0.4), (1.0, -0.4))
@@ -101,7 +101,7 @@ def test_value_is_the_largest_of_k_s_delta_over_frequency(loop: Loop, design: Mo
 @pytest.mark.parametrize(("loop", "design"), LOOPS)
 def test_the_critical_share_is_where_the_poles_cross(loop: Loop, design: Model) -> None:
     """Shares of Δ between the design model and the truth, closed by brute force."""
-    found = residual_modes(loop, design)
+    found = spillover(loop, design)
     seen = LeftOut.of(loop, design).seen(LeftOut.of(loop, design).difference)
 
     def growth(share: float) -> float:
@@ -128,7 +128,7 @@ def test_the_critical_share_is_where_the_poles_cross(loop: Loop, design: Model) 
 @pytest.mark.parametrize(("loop", "design"), UNSTABLE)
 def test_the_mode_that_spills_over_is_named(loop: Loop, design: Model) -> None:
     assert not loop.stable
-    found = residual_modes(loop, design)
+    found = spillover(loop, design)
     number = int(np.argmin(np.abs(loop.model.frequencies_hz - found.critical_hz))) + 1
     assert found.first == f"mode {number} ({loop.model.frequencies_hz[number - 1]:.4g} Hz)"
     assert found.modes[number - 1].spills_over
@@ -142,7 +142,7 @@ def test_a_design_on_the_truth_itself_leaves_nothing_out() -> None:
     objective = Objective({"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "theta": 1e-3})
     loop = close(model, objective, lqg(generalised_plant(model, objective)))
     assert small_gain(loop, model).value < 1e-6
-    found = residual_modes(loop, model)
+    found = spillover(loop, model)
     assert found.critical_scale == np.inf
     assert found.first == ""
     assert not any(mode.spills_over for mode in found.modes)

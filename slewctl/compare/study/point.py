@@ -34,7 +34,7 @@ from slewctl.compare.study.results_file import Notice, Row, rows
 from slewctl.compare.study.sweep import Piece, sweep
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, SlewctlError
-from slewctl.loop import Loop, PlantGraph, gap_between, plant_graph, stability_margin_bpc
+from slewctl.loop import Loop, PlantGraph, gap_between, ncf_margin, plant_graph
 from slewctl.loop.robust.destabilised_mode import destabilised_mode
 from slewctl.model import total_inertia
 from slewctl.plant import generalised_plant
@@ -332,7 +332,7 @@ def _gap(place: Place, design: DesignModel, controller: Controller) -> tuple[flo
     path, units = design.path, place.units
     try:
         gap = gap_between(plant_graph(path, **units), place.truth_graph)
-        margin = stability_margin_bpc(path, controller, **units)
+        margin = ncf_margin(path, controller, **units)
     except SlewctlError:  # undamped modes that nothing moves have no graph to compare
         return None, None
     return gap.value, margin.value

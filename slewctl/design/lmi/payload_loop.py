@@ -11,7 +11,7 @@ from slewctl.arm import vary
 from slewctl.design.achieved import achieved
 from slewctl.design.observer import observer_feedback
 from slewctl.design.result import Check
-from slewctl.design.riccati.lqr_kalman import kalman
+from slewctl.design.riccati.lqr_kalman import optimal_filter
 from slewctl.errors import InputError
 from slewctl.model import assemble
 from slewctl.numerics.linear_system import LinearSystem
@@ -71,7 +71,7 @@ def best_observer(
     for recovery in _RECOVERIES:
         noise = {**objective.noise, TORQUE: recovery * objective.noise[TORQUE]}
         noisier = generalised_plant(model, replace(objective, noise=noise))
-        Kf = kalman(noisier).gain.T
+        Kf = optimal_filter(noisier).gain.T
         worst = worst_of(observer_feedback(nominal, K, Kf, "payload_lmi"), changed)
         if best is None or (worst.cost, worst.real) < (best[2].cost, best[2].real):
             best = Kf, recovery, worst

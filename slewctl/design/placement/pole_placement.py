@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from slewctl.design.placement.assignment import (
     out_of_reach,
     pole_sensitivity,
 )
+from slewctl.design.placement.plain import Balanced, exactly
 from slewctl.design.placement.pole_pairs import (
     LonePole,
     OpenLoop,
@@ -41,7 +43,9 @@ from slewctl.design.placement.wishes import (
     wished,
 )
 from slewctl.design.result import Check, Controller, finished
+from slewctl.design.riccati.gains import as_matrix
 from slewctl.errors import AccuracyError, DesignError, InputError, check_positive
+from slewctl.numerics.linear_system import clock_unknown, linear
 from slewctl.plant import GeneralisedPlant
 
 Pole = complex | Sequence[float]
@@ -142,7 +146,10 @@ def pole_placement(
         )
         seen = _explicitly(own, observer_poles, "observer_poles", alone)
         check_damped(own, seen)
-    control, observer = _state_feedback(plant, energy, loop, wanted), _observer(energy, loop, seen)
+    control, observer = (
+        _state_feedback(plant.actuator, energy, loop, wanted),
+        _observer(energy, loop, seen),
+    )
     return finished(
         plant,
         observer_feedback(plant, control.gain, observer.gain, "pole_placement"),
@@ -160,19 +167,22 @@ def pole_placement(
 
 
 @guarded
-def place(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
-    """Return the state feedback gain K that gives A − B₂K the wanted poles.
+def place(plant: Any, *given: Any) -> Array:
+    """Return the state feedback gain K that gives A − B K the wanted poles.
+
+    Called as ``place(plant, poles)``, ``place(sys, poles)`` or ``place(A, B, poles)``.
 
     Parameters
     ----------
-    plant : GeneralisedPlant
-    poles : list
-        One for each state, in rad/s; complex numbers, or ``[re, im]``.  A mode whose own
-        poles are among them is not moved.  Poles may be repeated.
+    plant : GeneralisedPlant, control.StateSpace, or ndarray A
+    *given
+        B after A; then the poles, one for each state, in rad/s (of a sampled system in z);
+        complex numbers, or ``[re, im]``.  A mode whose own poles are among them is not moved.
+        Poles may be repeated.
 
     Returns
     -------
-    ndarray, shape (1, n)
+    ndarray, shape (m, n)
         In the plant's coordinates; u = −K x.
 
     Raises
@@ -183,11 +193,29 @@ def place(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
         If the actuator does not reach a mode that is to be moved.
     AccuracyError
         If the poles cannot be placed to working precision.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.place([[0, 1], [0, 0]], [[0], [1]], [-1, -2])
+    array([[2., 3.]])
     """
-    energy = scaled(plant)
+    if isinstance(plant, GeneralisedPlant):
+        (poles,) = exactly(given, "the poles")
+        energy: ScaledPlant | Balanced = scaled(plant)
+        actuator = plant.actuator
+    else:
+        system = None if clock_unknown(plant) else linear(plant)
+        if system is None:
+            B, poles = exactly(given, "B and the poles")
+            energy = Balanced.of(as_matrix(plant, "A"), as_matrix(B, "B"))
+        else:
+            (poles,) = exactly(given, "the poles")
+            energy = Balanced.of(system.A, system.B)
+        actuator = "input"
     loop = open_loop(energy.A)
     wanted = matched(_own(energy, loop), explicit(poles, "poles"), "poles")
-    return _state_feedback(plant, energy, loop, wanted).verified.gain
+    return _state_feedback(actuator, energy, loop, wanted).verified.gain
 
 
 @guarded
@@ -255,11 +283,11 @@ class _Placed:
 
 
 def _state_feedback(
-    plant: GeneralisedPlant, energy: ScaledPlant, loop: OpenLoop, wanted: Wanted
+    actuator: str, energy: ScaledPlant | Balanced, loop: OpenLoop, wanted: Wanted
 ) -> _Placed:
     hidden = out_of_reach(loop, energy.B2, sorted(wanted))
     if hidden is not None:
-        what = f"not reached by the {plant.actuator}"
+        what = f"not reached by the {actuator}"
         raise _cannot_move(energy, loop, hidden, what, "leave", "leave it alone")
     gain = assign(loop, energy.B2, _scaled_down(wanted, energy.rate))
     closed = energy.A - energy.B2 @ gain
@@ -285,9 +313,14 @@ def _placed(gain: Array, closed: Array, loop: OpenLoop, wanted: Wanted, rate: fl
 
 
 def _cannot_move(
-    energy: ScaledPlant, loop: OpenLoop, mode: int, what: str, where: str, remedy: str
+    energy: ScaledPlant | Balanced, loop: OpenLoop, mode: int, what: str, where: str, remedy: str
 ) -> DesignError:
-    name = mode_name(mode, loop.pairs[mode].times(energy.rate))
+    roots = loop.pairs[mode].times(energy.rate)
+    if isinstance(energy, Balanced):  # no arm, whose modes have names
+        where, remedy = "B", "keep it where it is, or give an input that moves it"
+        name = f"one of the poles {', '.join(f'{pole:.4g}' for pole in roots.poles)}"
+    else:
+        name = mode_name(mode, roots)
     return DesignError(f"{name} is {what} and cannot be moved", where=where, remedy=remedy)
 
 
@@ -308,7 +341,7 @@ def _refuse_beside(poles: str, **wishes: object) -> None:
             )
 
 
-def _own(energy: ScaledPlant, loop: OpenLoop) -> list[Roots]:
+def _own(energy: ScaledPlant | Balanced, loop: OpenLoop) -> list[Roots]:
     return [pair.times(energy.rate) for pair in loop.pairs]
 
 

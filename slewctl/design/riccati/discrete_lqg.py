@@ -14,13 +14,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
+from typing import Protocol
 
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Controller, finished
-from slewctl.design.riccati.lqr_kalman import kalman, lqr, optimum_checks
+from slewctl.design.riccati.lqr_kalman import optimal_feedback, optimal_filter, optimum_checks
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import RiccatiSolution
 from slewctl.plant import GeneralisedPlant, ill_posed
@@ -29,9 +30,10 @@ from slewctl.plant import GeneralisedPlant, ill_posed
 def sampled_plant_lqg(plant: GeneralisedPlant) -> Controller:
     """Return the LQG controller of a sampled plant; see `slewctl.lqg`."""
     start = perf_counter()
-    design = _Design(plant, lqr(plant), kalman(plant))
+    design = SampledOptimum(plant, optimal_feedback(plant), optimal_filter(plant))
     solved = perf_counter()
-    system = design.system()
+    estimates = [f"{state}_estimate" for state in plant.linear.state_labels]
+    system = design.system().named(plant.sensors, [plant.actuator], estimates)
     built = perf_counter()
     return finished(
         plant,
@@ -45,21 +47,46 @@ def sampled_plant_lqg(plant: GeneralisedPlant) -> Controller:
             "w is white noise of unit covariance; optimal for the mean of zᵀz at the samples",
         ),
         seconds={"solve": solved - start, "build": built - solved},
-        reference=design.reference(),
+        reference=design.reference(plant),
     )
 
 
+class Partition(Protocol):
+    """The matrices of a sampled plant from [w, u] to [z, y]; a `GeneralisedPlant` is one."""
+
+    @property
+    def A(self) -> Array: ...
+    @property
+    def B1(self) -> Array: ...
+    @property
+    def B2(self) -> Array: ...
+    @property
+    def C2(self) -> Array: ...
+    @property
+    def D11(self) -> Array: ...
+    @property
+    def D12(self) -> Array: ...
+    @property
+    def D21(self) -> Array: ...
+    @property
+    def D22(self) -> Array: ...
+    @property
+    def disturbances(self) -> int: ...
+    @property
+    def sample_time(self) -> float: ...
+
+
 @dataclass(frozen=True, eq=False)
-class _Design:
+class SampledOptimum:
     """The two Riccati solutions of a sampled plant, and what follows from them."""
 
-    plant: GeneralisedPlant
+    plant: Partition
     regulator: RiccatiSolution
     observer: RiccatiSolution
 
     @property
     def K(self) -> Array:
-        """State feedback, shape (1, n)."""
+        """State feedback, shape (controls, n)."""
         return self.regulator.gain
 
     @property
@@ -74,7 +101,7 @@ class _Design:
 
     @cached_property
     def G(self) -> Array:
-        """What u would add if w were known, shape (1, disturbances)."""
+        """What u would add if w were known, shape (controls, disturbances)."""
         p = self.plant
         entering = p.B2.T @ self.regulator.X @ p.B1 + p.D12.T @ p.D11
         return np.asarray(np.linalg.solve(self.price, entering))
@@ -87,21 +114,24 @@ class _Design:
 
     @cached_property
     def N(self) -> Array:
-        """Gain on the innovation, shape (1, sensors)."""
+        """Gain on the innovation, shape (controls, sensors)."""
         cross, innovation = self.seen
         return np.asarray(np.linalg.solve(innovation, (np.hstack([self.K, self.G]) @ cross).T).T)
 
     @cached_property
-    def left(self) -> float:
-        """1 − N D₂₂: u enters its own innovation."""
-        return 1.0 - float((self.N @ self.plant.D22)[0, 0])
+    def left(self) -> Array:
+        """I − N D₂₂: u enters its own innovation."""
+        return np.eye(len(self.N)) - self.N @ self.plant.D22
 
     def system(self) -> LinearSystem:
         """Return the controller."""
         p = self.plant
-        if self.left == 0:
+        if np.linalg.svd(self.left, compute_uv=False).min() == 0:
             raise ill_posed()
-        C, D = -(self.K - self.N @ p.C2) / self.left, -self.N / self.left
+        C, D = (
+            np.asarray(-np.linalg.solve(self.left, gain))
+            for gain in (self.K - self.N @ p.C2, self.N)
+        )
         driven = p.B2 - self.L @ p.D22
         return LinearSystem(
             p.A - self.L @ p.C2 + driven @ C,
@@ -109,18 +139,15 @@ class _Design:
             C,
             D,
             p.sample_time,
-            inputs=list(p.sensors),
-            outputs=[p.actuator],
-            states=[f"{state}_estimate" for state in p.linear.state_labels],
             name="lqg",
         )
 
-    def reference(self) -> Reference | None:
+    def reference(self, plant: GeneralisedPlant) -> Reference | None:
         """Return how the reference angle enters: by commanding the state."""
-        rest = at_rest(self.plant)
+        rest = at_rest(plant)
         if rest is None:
             return None
-        entry = (self.K @ rest[0] + rest[1]) / self.left
+        entry = np.asarray(np.linalg.solve(self.left, self.K @ rest[0] + rest[1]), dtype=float)
         return Reference((self.plant.B2 - self.L @ self.plant.D22) @ entry, entry)
 
     @property

@@ -16,7 +16,7 @@ from scipy.linalg import block_diag
 from slewctl._types import Array
 from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
-from slewctl.design.riccati.lqr_kalman import check_assumptions, kalman
+from slewctl.design.riccati.lqr_kalman import check_assumptions, optimal_filter
 from slewctl.errors import DesignError, InputError
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import Regulator, RiccatiSolution, h2_cost
@@ -44,7 +44,7 @@ def integral_lqg(plant: GeneralisedPlant, limit: float) -> Controller:
     start = perf_counter()
     regulator = _regulator(plant, angle, limit)
     slowest = slowest_motion(*_augmented(plant, angle), regulator.gain)
-    observer = kalman(plant)
+    observer = optimal_filter(plant)
     solved = perf_counter()
     n = len(plant.A)
     K, Ki, Kf = regulator.gain[:, :n], regulator.gain[:, n:], observer.gain.T

@@ -11,7 +11,12 @@ from slewctl.design.observer import observer_feedback, observer_reference
 from slewctl.design.result import Controller, finished
 from slewctl.design.riccati.discrete_lqg import sampled_plant_lqg
 from slewctl.design.riccati.integral_action import integral_lqg
-from slewctl.design.riccati.lqr_kalman import check_finite_cost, kalman, lqr, optimum_checks
+from slewctl.design.riccati.lqr_kalman import (
+    check_finite_cost,
+    optimal_feedback,
+    optimal_filter,
+    optimum_checks,
+)
 from slewctl.design.riccati.sampled_lqg import sampled_lqg
 from slewctl.errors import InputError, check_nonnegative, check_positive
 from slewctl.numerics.matrix_equations import RiccatiSolution
@@ -101,7 +106,7 @@ def _refuse_options(**given: float | None) -> None:
 def _plain_lqg(plant: GeneralisedPlant) -> Controller:
     check_finite_cost(plant)
     start = perf_counter()
-    regulator, observer = lqr(plant), kalman(plant)
+    regulator, observer = optimal_feedback(plant), optimal_filter(plant)
     solved = perf_counter()
     K, Kf = regulator.gain, observer.gain.T
     system = observer_feedback(plant, K, Kf, "lqg")

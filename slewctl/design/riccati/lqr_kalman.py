@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias, cast
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.design.breakdown import check_finite, guarded
+from slewctl.design.breakdown import check_finite
 from slewctl.design.result import Check
 from slewctl.errors import DesignError, InputError
 from slewctl.numerics.matrix_equations import (
@@ -21,94 +23,124 @@ from slewctl.numerics.observability import unobservable_modes
 from slewctl.plant import GeneralisedPlant, check_plant, continuous_equivalent
 
 
-@guarded
-def lqr(
-    plant: GeneralisedPlant, *, Q: Array | None = None, R: Array | None = None
-) -> RiccatiSolution:
-    """Return the state feedback u = −Kx that minimises the integral of zᵀz, or of xᵀQx + uᵀRu.
+@dataclass(frozen=True, eq=False)
+class Plain:
+    """Matrices without names, objective or arm, where a generalised plant could stand.
 
-    Of a sampled plant the sum over its samples.
+    Attributes
+    ----------
+    A, B2 : ndarray, shapes (n, n) and (n, m)
+    seen : ndarray or None
+    sample_time : float
+    """
+
+    A: Array
+    B2: Array
+    seen: Array | None
+    sample_time: float
+    actuator: str = "input"
+    objective: None = None
+    model: None = None
+
+    @property
+    def C2(self) -> Array:
+        """States to measurements; none where nothing is measured."""
+        return np.zeros((0, len(self.A))) if self.seen is None else self.seen
+
+
+AnyPlant: TypeAlias = GeneralisedPlant | Plain
+
+
+def optimal_feedback(
+    plant: AnyPlant, *, Q: object = None, R: object = None, N: object = None
+) -> RiccatiSolution:
+    """Return what `slewctl.lqr` returns, as a solution of the Riccati equation.
 
     Parameters
     ----------
-    plant : GeneralisedPlant
-        Continuous or sampled; D₁₂ᵀC₁ need not be zero.
-    Q : array_like, shape (n, n), optional
-        Weight of the plant's states, symmetric and positive semidefinite, as in
-        `control.lqr`; by default that of z.
-    R : array_like, shape (1, 1), optional
-        Weight of the actuator, positive.  With Q or R given there is no cross term.
-
-    Returns
-    -------
-    RiccatiSolution
-        ``gain`` is K, shape (1, n), in the plant's coordinates.
-
-    Raises
-    ------
-    DesignError
-        If a mode on the edge of stability is not penalised, one that is not stable by itself
-        not reached by the actuator, or the actuator is free.
-    InputError
-        If a weight is of the wrong shape, not symmetric or not positive (semi)definite.
+    plant : GeneralisedPlant or Plain
+        The former has weights of its own.
+    Q, R, N : array_like, optional
+        With Q or R given there is no cross term but N.
     """
-    check_plant(plant, "design", sampled=True)
-    n = len(plant.A)
-    C, D = plant.C1, plant.D12
-    if Q is not None or R is not None:
-        states = C if Q is None else _factor(Q, n, "Q")
-        control = D if R is None else np.linalg.cholesky(_definite(R, 1, "R")).T
-        C = np.vstack([states, np.zeros((len(control), n))])
-        D = np.vstack([np.zeros((len(states), 1)), control])
-    _check_regulator(plant, C, D, "limits" if Q is None else "Q")
+    n, m = plant.B2.shape
+    if Q is None and R is None:
+        if N is not None:
+            raise InputError("a cross term alone", where="N", remedy="give Q and R too")
+        plant = _generalised(plant)
+        C, D, where = plant.C1, plant.D12, "limits"
+    else:
+        if isinstance(plant, GeneralisedPlant):
+            check_plant(plant, "design", sampled=True)
+        whole = plant.D12 if isinstance(plant, GeneralisedPlant) else np.zeros((0, m))
+        root = np.asarray(whole if R is None else np.linalg.cholesky(_definite(R, m, "R")).T)
+        cross = np.zeros((len(root), n)) if N is None else _cross(N, root, n)
+        if Q is None:
+            states = _generalised(plant).C1
+        else:
+            states = _factor(_symmetric(Q, n, "Q") - cross.T @ cross, n, "Q")
+        C = np.vstack([states, cross])
+        D = np.vstack([np.zeros((len(states), m)), root])
+        where = "limits" if Q is None else "Q"
+    return weighted_feedback(plant, C, D, where)
+
+
+def weighted_feedback(plant: AnyPlant, C: Array, D: Array, where: str) -> RiccatiSolution:
+    """Return the feedback that minimises |Cx + Du|²; `where` has the weights, for messages."""
+    _check_regulator(plant, C, D, where)
     return _solved(plant, plant.A, plant.B2, C, D)
 
 
-@guarded
-def kalman(
-    plant: GeneralisedPlant, *, W: Array | None = None, V: Array | None = None
-) -> RiccatiSolution:
-    """Return the stationary Kalman filter x̂' = A x̂ + B₂u + K_f (y − C₂ x̂ − D₂₂u).
-
-    Of a sampled plant the predictor x̂⁺ = A x̂ + …, as `control.dlqe` has it.
-
-    Parameters
-    ----------
-    plant : GeneralisedPlant
-        Continuous or sampled; B₁D₂₁ᵀ need not be zero.
-    W : array_like, shape (n, n), optional
-        Spectral density of white noise on x', symmetric and positive semidefinite: G·QN·Gᵀ
-        of `control.lqe`; by default that of w.
-    V : array_like, shape (sensors, sensors), optional
-        Spectral density of the sensors' noise, positive definite.  With W or V given the two
-        are independent.
-
-    Returns
-    -------
-    RiccatiSolution
-        The dual solution: ``gain`` is K_fᵀ, shape (sensors, n).
-
-    Raises
-    ------
-    DesignError
-        If a mode that is not stable by itself is not seen by the sensors, one on the edge of
-        stability not excited, or a measurement has no noise.
-    InputError
-        As `lqr`, for W and V.
-    """
-    check_plant(plant, "design", sampled=True)
-    n, sensors = len(plant.A), len(plant.sensors)
-    C, D = plant.B1.T, plant.D21.T
-    if W is not None or V is not None:
-        states = C if W is None else _factor(W, n, "W")
-        noise = D if V is None else np.linalg.cholesky(_definite(V, sensors, "V")).T
-        C = np.vstack([states, np.zeros((len(noise), n))])
-        D = np.vstack([np.zeros((len(states), sensors)), noise])
+def weighted_filter(plant: AnyPlant, C: Array, D: Array) -> RiccatiSolution:
+    """Return the dual: the filter for noise Cᵀw on x' and Dᵀw on the measurements."""
     _check_filter(plant, C, D)
     return _solved(plant, plant.A.T, plant.C2.T, C, D)
 
 
-def _solved(plant: GeneralisedPlant, A: Array, B: Array, C: Array, D: Array) -> RiccatiSolution:
+def optimal_filter(plant: AnyPlant, *, W: object = None, V: object = None) -> RiccatiSolution:
+    """Return the dual of what `slewctl.kalman` returns: ``gain`` is Lᵀ.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant or Plain
+    W, V : array_like, optional
+        Spectral densities of noise on x' and on the sensors, independent.
+    """
+    n, sensors = len(plant.A), len(plant.C2)
+    if W is None and V is None:
+        plant = _generalised(plant)
+        C, D = plant.B1.T, plant.D21.T
+    else:
+        states = _generalised(plant).B1.T if W is None else _factor(W, n, "W")
+        noise = (
+            _generalised(plant).D21.T
+            if V is None
+            else np.linalg.cholesky(_definite(V, sensors, "V")).T
+        )
+        C = np.vstack([states, np.zeros((len(noise), n))])
+        D = np.vstack([np.zeros((len(states), sensors)), noise])
+    return weighted_filter(plant, C, D)
+
+
+def _generalised(plant: object) -> GeneralisedPlant:
+    """Return a plant that has weights and noise of its own; refuse anything else."""
+    check_plant(plant, "design", sampled=True)
+    return cast("GeneralisedPlant", plant)
+
+
+def _cross(N: object, root: Array, n: int) -> Array:
+    """Return R^(−T/2) Nᵀ, the part of the states' weight that goes with the inputs."""
+    remedy = f"give a matrix of {n} by {len(root)} finite numbers"
+    try:
+        matrix = np.atleast_2d(np.asarray(N, dtype=float))
+    except (TypeError, ValueError) as error:
+        raise InputError("the cross term is no matrix", where="N", remedy=remedy) from error
+    if matrix.shape != (n, len(root)) or not np.isfinite(matrix).all():
+        raise InputError(f"the cross term has shape {matrix.shape}", where="N", remedy=remedy)
+    return np.asarray(np.linalg.solve(root.T, matrix.T))
+
+
+def _solved(plant: AnyPlant, A: Array, B: Array, C: Array, D: Array) -> RiccatiSolution:
     """Return the feedback that minimises |Cx + Du|² on the plant's clock."""
     if plant.sample_time:
         found = solve_discrete_riccati(A, B, C.T @ C, D.T @ D, C.T @ D)
@@ -193,7 +225,7 @@ def check_finite_cost(plant: GeneralisedPlant) -> None:
         )
 
 
-def _check_regulator(plant: GeneralisedPlant, C: Array, D: Array, where: str) -> None:
+def _check_regulator(plant: AnyPlant, C: Array, D: Array, where: str) -> None:
     if not full_column_rank(D):
         raise DesignError(
             f"the {plant.actuator} has no penalty",
@@ -221,7 +253,7 @@ def _check_regulator(plant: GeneralisedPlant, C: Array, D: Array, where: str) ->
     )
 
 
-def _check_filter(plant: GeneralisedPlant, C: Array, D: Array) -> None:
+def _check_filter(plant: AnyPlant, C: Array, D: Array) -> None:
     if not full_column_rank(D):
         raise DesignError(
             "a measurement has no noise of its own",
@@ -247,23 +279,19 @@ def _check_filter(plant: GeneralisedPlant, C: Array, D: Array) -> None:
     )
 
 
-def _hidden(
-    plant: GeneralisedPlant, A: Array, C: Array, *, only_on_the_edge: bool = False
-) -> ComplexArray:
+def _hidden(plant: AnyPlant, A: Array, C: Array, *, only_on_the_edge: bool = False) -> ComplexArray:
     sampled = plant.sample_time > 0
     found = unobservable_modes(A, C, sampled=sampled, only_on_the_edge=only_on_the_edge)
     return continuous_equivalent(found, plant.sample_time) if sampled else found
 
 
-def _refuse(
-    plant: GeneralisedPlant, modes: ComplexArray, what: str, where: str, remedy: str
-) -> None:
+def _refuse(plant: AnyPlant, modes: ComplexArray, what: str, where: str, remedy: str) -> None:
     if len(modes):
         slowest = complex(modes[np.argmin(np.abs(modes))])
         raise DesignError(f"{_named(plant, slowest)} {what}", where=where, remedy=remedy)
 
 
-def _named(plant: GeneralisedPlant, pole: complex) -> str:
+def _named(plant: AnyPlant, pole: complex) -> str:
     """Return a pole in rad/s in the words of the plant at hand."""
     if abs(pole) <= 1e-9 * np.abs(np.linalg.eigvals(plant.A)).max() and plant.model is not None:
         return "the rigid-body rotation"

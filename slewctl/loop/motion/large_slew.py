@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slewctl._show import Described
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_positive, shown
 from slewctl.loop.motion.gauss_collocation import GaussCollocation, Step, gauss_nodes
@@ -19,8 +20,8 @@ _TOGETHER = 256  # intervals, a power of two
 Torque = Callable[[float], float] | Sequence[float] | Array | float
 
 
-@dataclass(frozen=True, eq=False)
-class Swing:
+@dataclass(frozen=True, eq=False, repr=False)
+class Swing(Described):
     """How the arm moves in a large slew.
 
     Attributes
@@ -55,6 +56,13 @@ class Swing:
     energy: Array
     energy_error: float
     steps: int
+
+    def __str__(self) -> str:
+        turned = np.degrees(self.theta[-1] - self.theta[0])
+        return (
+            f"swing by {turned:.4g}° in {self.t[-1] - self.t[0]:.4g} s: deflection up to "
+            f"{np.abs(self.tip_deflection).max():.3g} m, energy kept to {self.energy_error:.0e}"
+        )
 
     @property
     def states(self) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from slewctl._show import Axes, DataFrame, axes_or_new, to_frame
+from slewctl._show import Axes, DataFrame, Described, axes_or_new, to_frame
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, check_count
 from slewctl.loop.closed import Loop
@@ -58,8 +58,8 @@ class SlewSummary:
     overshoot: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class SlewResponse:
+@dataclass(frozen=True, eq=False, repr=False)
+class SlewResponse(Described):
     """What the arm does during a slew.
 
     Attributes
@@ -83,6 +83,15 @@ class SlewResponse:
     actuator: Array
     tip_reference: Array
     summary: SlewSummary
+
+    def __str__(self) -> str:
+        s = self.summary
+        volts = "" if s.peak_voltage is None else f", {s.peak_voltage:.4g} V"
+        beyond = ", beyond the motor's limits" if s.saturates else ""
+        return (
+            f"slew: settled after {s.settling_time_s:.4g} s, residual {s.residual_m:.3g} m, "
+            f"peak {s.peak_torque:.4g} N·m{volts}{beyond}"
+        )
 
     def to_frame(self) -> DataFrame:
         """Return the curves as a pandas data frame, one time a row."""

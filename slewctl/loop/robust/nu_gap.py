@@ -207,7 +207,7 @@ def _check_alike(first: LinearSystem, second: LinearSystem) -> None:
         )
 
 
-def stability_margin_bpc(
+def ncf_margin(
     plant: Plant,
     controller: Controller | System,
     *,
@@ -255,7 +255,7 @@ def best_output_scale(
     Parameters
     ----------
     plant, controller, sign
-        As for `stability_margin_bpc`, with one input, stable when closed.
+        As for `ncf_margin`, with one input, stable when closed.
 
     Returns
     -------

@@ -145,7 +145,7 @@ def small_gain(loop: Loop, design: Model) -> SmallGain:
     return SmallGain(peak.value, hertz, parts.largest(peak.omega, loop.model), peak.value < 1)
 
 
-def residual_modes(loop: Loop, design: Model) -> Spillover:
+def spillover(loop: Loop, design: Model) -> Spillover:
     """Return which modes spill over, one by one and all together.
 
     Parameters
@@ -367,7 +367,7 @@ def _confirm(seen: Realisation, share: float) -> None:
     if outside or not all(inside):
         raise AccuracyError(
             "the critical share of the left-out modes is not confirmed by closed-loop poles",
-            where="residual_modes",
+            where="spillover",
             remedy="use `small_gain` and the poles of the loop",
         )
 

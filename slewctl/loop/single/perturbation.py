@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from slewctl.loop.parts import static
 from slewctl.loop.single.return_ratio import BrokenLoop
+from slewctl.numerics.given_system import static
 from slewctl.numerics.interconnect import parallel, series
 from slewctl.numerics.linear_system import LinearSystem, holding_light
 

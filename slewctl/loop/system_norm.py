@@ -1,0 +1,64 @@
+"""The H2 and the H∞ norm of a system, its stability decided first."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slewctl.errors import check_choice
+from slewctl.loop.parts import Plant, state_space
+from slewctl.numerics.hinf_norm import peak_gain
+from slewctl.numerics.matrix_equations import discrete_h2_cost, h2_cost
+from slewctl.numerics.observability import pole_rounding
+
+
+def norm(system: Plant, p: float | str = 2) -> float:
+    """Return ‖G‖₂ or ‖G‖∞.
+
+    Parameters
+    ----------
+    system : control.StateSpace, control.TransferFunction or GeneralisedPlant
+        Continuous or sampled, with any inputs and outputs; of a generalised plant the path
+        from the actuator to the sensors.
+    p : {2, "inf"}
+        2: the root-mean-square output under white noise of unit density (of unit variance if
+        sampled).  ``"inf"``: the largest singular value at any frequency.
+
+    Returns
+    -------
+    float
+        Infinite if the system is not stable by more than rounding, and for p = 2 if white
+        noise passes straight to an output of a continuous system.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    AccuracyError
+        If the level sets do not close in on the peak.
+
+    Examples
+    --------
+    >>> import control, slewctl as sc
+    >>> lag = control.tf([1], [0.5, 1])
+    >>> sc.norm(lag), sc.norm(lag, "inf")
+    (1.0, 1.0)
+    """
+    kind = check_choice("inf" if p == math.inf else str(p), ("2", "inf"), "p")
+    found = state_space(system, "norm")
+    if found.nstates:
+        poles, rounding = pole_rounding(found.A)
+        sampled = found.sample_time > 0
+        growth = np.abs(poles) - 1 if sampled else poles.real
+        if not np.max(growth + rounding) < 0:
+            return math.inf
+    if kind == "inf":
+        return peak_gain(found).value
+    if found.sample_time:
+        cost = discrete_h2_cost(*found.matrices) if found.nstates else None
+        value = float(np.sum(found.D**2)) if cost is None else cost.value
+        return math.sqrt(value)
+    if np.any(found.D):
+        return math.inf
+    return math.sqrt(h2_cost(found.A, found.B, found.C).value) if found.nstates else 0.0

@@ -1,0 +1,140 @@
+"""The face of it all: an arm, what is asked of it, and what a controller makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+
+from slewctl.arm import Arm
+from slewctl.basis import Basis
+from slewctl.compare.case import DEFAULT_SLEW, MOST_TRUTH_MODES
+from slewctl.compare.judged import Judged
+from slewctl.compare.judgement import Yardstick
+from slewctl.design import Controller
+from slewctl.errors import InputError, check_count
+from slewctl.loop import Slew, close
+from slewctl.loop.parts import System
+from slewctl.model import Truth, assemble, truth
+from slewctl.model.assembly import check_arm
+from slewctl.model.converged_truth import DEFAULT_MODES
+from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """An arm, what is kept small, and what disturbs and is measured.
+
+    Parameters
+    ----------
+    arm : Arm
+    limits : mapping of str to float
+        Largest acceptable values of outputs and of the actuator, ``torque`` (N·m) or
+        ``voltage`` (V); see `Objective`.
+    noise : mapping of str to float
+        Of the torque disturbance (N·m/√Hz) and of each sensor (its unit/√Hz); see `Objective`.
+    slew : Slew
+        The turn by which settling, overshoot and peaks are judged.
+    truth_modes : int
+        Flexible modes of the truth that judges.  Verdicts are followed to twice as many and
+        more.
+
+    Raises
+    ------
+    InputError
+        For what `Objective` refuses, or a truth of no or too many modes.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, hub=sc.Hub(inertia=0.2), damping_ratio=0.005)
+    >>> problem = sc.Problem(arm, limits={"tip": 0.03, "torque": 1.0},
+    ...                      noise={"torque": 0.1, "theta": 0.01, "theta_dot": 0.1})
+    >>> judged = problem.judge(sc.lqg(problem.plant("clamped-free", n=2)))
+    >>> judged.stable, round(judged.margins.phase_deg.value)
+    (True, 33)
+    """
+
+    arm: Arm
+    limits: Mapping[str, float]
+    noise: Mapping[str, float]
+    slew: Slew = DEFAULT_SLEW
+    truth_modes: int = DEFAULT_MODES
+
+    def __post_init__(self) -> None:
+        check_arm(self.arm, "arm")
+        objective = Objective(self.limits, self.noise)
+        object.__setattr__(self, "limits", objective.limits)
+        object.__setattr__(self, "noise", objective.noise)
+        if check_count(self.truth_modes, "truth_modes") > MOST_TRUTH_MODES:
+            raise InputError(
+                f"a truth of {self.truth_modes} modes cannot be judged on twice as many",
+                where="truth_modes",
+                remedy=f"keep at most {MOST_TRUTH_MODES}",
+            )
+
+    def __repr__(self) -> str:
+        small = ", ".join(f"{name} {value:g}" for name, value in self.limits.items())
+        noisy = ", ".join(f"{name} {value:g}" for name, value in self.noise.items())
+        return f"<problem of {self.arm.name}: limits {small}; noise {noisy}>"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self))}</p>{self.truth._repr_html_()}"
+
+    @cached_property
+    def objective(self) -> Objective:
+        """Limits and noise as one, for the functions beneath."""
+        return Objective(self.limits, self.noise)
+
+    @property
+    def truth(self) -> Truth:
+        """The converged model of the arm."""
+        return self._yardstick.model
+
+    @cached_property
+    def _yardstick(self) -> Yardstick:
+        return Yardstick(truth(self.arm, self.truth_modes), self.objective)
+
+    def plant(self, basis: Basis | str, n: int | None = None) -> GeneralisedPlant:
+        """Return what a controller is designed on: a small model with the problem's weights.
+
+        Parameters
+        ----------
+        basis : Basis or str
+            Such as ``ClampedFree(2)``, or its name with `n`.
+        n : int, optional
+            Number of admissible functions, where the basis is given by name.
+
+        Returns
+        -------
+        GeneralisedPlant
+            2(n + 1) states, in modal coordinates.
+        """
+        return generalised_plant(assemble(self.arm, basis, n), self.objective)
+
+    @property
+    def optimum(self) -> Controller:
+        """The H2-optimal controller of the truth itself: nothing costs less."""
+        return self._yardstick.optimum()
+
+    def judge(self, controller: Controller | System, slew: Slew | None = None) -> Judged:
+        """Return what a controller achieves on the truth, on finer truths and beside the optimum.
+
+        Parameters
+        ----------
+        controller : Controller or control.StateSpace
+            A design's result; or a system of your own from the sensors to the actuator, by
+            name, connected with a plus sign.
+        slew : Slew, optional
+            Another turn than the problem's.
+
+        Raises
+        ------
+        InputError
+            If the controller takes other sensors than are measured, or commands another
+            actuator.
+        """
+        yardstick = self._yardstick
+        loop = close(yardstick.model, self.objective, controller)
+        return Judged(loop, yardstick, slew or self.slew)
