@@ -95,7 +95,9 @@ def test_limits_are_the_slewing_and_the_clamped_free_functions(
     assert np.all(error <= 1e-8 * np.abs(expected).max(axis=0))
 
 
-def assert_functions(ratios: Ratios, total: int, which: tuple[int, ...], digits: int = 100) -> None:
+def assert_functions(
+    ratios: Ratios, total: int, which: tuple[int, ...], digits: int = 100, lost: float = 0.0
+) -> None:
     """Assert functions and two derivatives; of each the largest value is one.
 
     A relative error ε of z and ξ turns an angle by 2zε; a 4 × 4 null vector adds some ten ε.
