@@ -8,6 +8,7 @@ import pytest
 
 from slewctl import Arm, Beam, Hub, Payload
 from slewctl._threads import one_thread
+from slewctl.paper import PaperReproduction, reproduce
 
 pytest_plugins = ["pytester"]
 
@@ -29,3 +30,9 @@ def full_arm() -> Arm:
         damping_ratio=0.01,
         name="full arm",
     )
+
+
+@pytest.fixture(scope="session")
+def reproduction() -> PaperReproduction:
+    """The paper, reproduced once; its tests are in one group, which one process runs."""
+    return reproduce()

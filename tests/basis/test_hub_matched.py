@@ -26,7 +26,7 @@ def all_ratios() -> list[Ratios]:
     def draw(low: float, high: float) -> float:
         return 0.0 if rng.random() < 0.2 else float(10 ** rng.uniform(low, high))
 
-    together = [Ratios(draw(-7, 10), draw(-3, 1), draw(-10, 10), draw(-10, 10)) for _ in range(25)]
+    together = [Ratios(draw(-7, 10), draw(-3, 1), draw(-10, 10), draw(-10, 10)) for _ in range(9)]
     return alone + together
 
 
@@ -48,7 +48,7 @@ def test_each_root_is_enclosed_by_four_units_in_the_last_place() -> None:
     for ratios in all_ratios():
         z = hub_matched_roots(200, ratios)
         reach = 4 * np.spacing(z)
-        for i in (0, 1, 2, 3, 12, 199):
+        for i in (0, 1, 3, 12, 199):
             with mp.workdps(50 + int(z[i])):
                 below, above = mp.mpf(z[i]) - mp.mpf(reach[i]), mp.mpf(z[i]) + mp.mpf(reach[i])
                 assert determinant(ratios, below) * determinant(ratios, above) < 0, (ratios, i)
@@ -65,7 +65,7 @@ def test_no_root_is_missed_or_found_twice() -> None:
         with mp.workdps(60):
             signs = [int(mp.sign(determinant(ratios, mp.mpf(x)))) for x in between]
             assert signs == [(-1) ** i for i in range(12)]
-            scan = np.geomspace(z[0] / 10, between[5], 400)
+            scan = np.geomspace(z[0] / 10, between[5], 150)
             found = [int(mp.sign(determinant(ratios, mp.mpf(x)))) for x in scan]
         assert np.count_nonzero(np.diff(found)) == 5, ratios
 
@@ -95,25 +95,35 @@ def test_limits_are_the_slewing_and_the_clamped_free_functions(
     assert np.all(error <= 1e-8 * np.abs(expected).max(axis=0))
 
 
+def assert_functions(
+    ratios: Ratios, total: int, which: tuple[int, ...], digits: int = 100, lost: float = 0.0
+) -> None:
+    """Assert functions and two derivatives; of each the largest value is one.
+
+    A relative error ε of z and ξ turns an angle by 2zε; a 4 × 4 null vector adds some ten ε.
+    """
+    xi = [0.0, 1e-4, 0.013, 0.37, 0.5, 0.925, 0.999, 1.0]
+    basis, z = HubMatched(total, ratios), hub_matched_roots(total, ratios)
+    for i in which:
+        with mp.workdps(digits + 2 * int(z[i])):
+            root = precise_root(ratios, z[i])
+            start = eigenfunction(ratios, root)
+            exact = [[deflection(start, root, x, d) for x in xi] for d in range(3)]
+            largest = [max(map(abs, row)) for row in exact]
+            shapes = np.array(
+                [[float(v / s) for v in row] for row, s in zip(exact, largest, strict=True)]
+            )
+        for d in range(3):
+            computed = basis.evaluate(np.array(xi), d)[:, i]
+            computed *= shapes[d] @ computed / (computed @ computed)
+            tolerance = (4 * z[i] + 32 + lost) * EPS
+            assert_allclose(computed, shapes[d], rtol=0, atol=tolerance, err_msg=str(ratios))
+
+
 @pytest.mark.slow
 def test_functions_are_those_of_the_boundary_conditions() -> None:
-    """A relative error ε of z and ξ turns an angle by 2zε; a 4 × 4 null vector adds some ten ε."""
-    xi = [0.0, 1e-4, 0.013, 0.37, 0.5, 0.925, 0.999, 1.0]
     for ratios in all_ratios()[::2]:
-        basis = HubMatched(40, ratios)
-        z = hub_matched_roots(40, ratios)
-        for i in (0, 1, 2, 5, 39):
-            with mp.workdps(100 + 2 * int(z[i])):
-                root = precise_root(ratios, z[i])
-                start = eigenfunction(ratios, root)
-                exact = [[deflection(start, root, x, d) for x in xi] for d in range(3)]
-                largest = [max(map(abs, row)) for row in exact]
-                shapes = np.array([[float(v / s) for v in row] for row, s in zip(exact, largest, strict=True)])  # fmt: skip
-            for d in range(3):
-                computed = basis.evaluate(np.array(xi), d)[:, i]
-                computed *= shapes[d] @ computed / (computed @ computed)
-                tolerance = (4 * z[i] + 32) * EPS
-                assert_allclose(computed, shapes[d], rtol=0, atol=tolerance, err_msg=str(ratios))
+        assert_functions(ratios, 40, (0, 1, 5, 39))
 
 
 @pytest.mark.slow
@@ -126,11 +136,20 @@ def test_curvatures_are_orthonormal() -> None:
         assert_allclose(gram, np.eye(60), rtol=0, atol=186 * EPS)  # z_60 ε
 
 
-def test_functions_are_finite_for_the_largest_numbers() -> None:
-    for ratios in (Ratios(1e50, 1e3, 1e50, 1e50), Ratios(0.0, 1e10, 0.0, 1e-300)):
-        for derivative in range(3):
-            values = HubMatched(200, ratios).evaluate(np.linspace(0, 1, 21), derivative)
-            assert np.all(np.isfinite(values))
+@pytest.mark.parametrize(
+    ("ratios", "lost"),
+    [
+        # Beside a hub of 1e3 lengths the rigid motion, which is subtracted, is as much larger.
+        (Ratios(1e50, 1e3, 1e50, 1e50), 2e3),
+        (Ratios(0.0, 1e10, 0.0, 1e-300), 0.0),
+    ],
+)
+def test_functions_for_the_largest_numbers(ratios: Ratios, lost: float) -> None:
+    """All finite, and the first and the last those of the boundary conditions still."""
+    for derivative in range(3):
+        values = HubMatched(200, ratios).evaluate(np.linspace(0, 1, 21), derivative)
+        assert np.all(np.isfinite(values))
+    assert_functions(ratios, 200, (0, 1, 2, 199), digits=400, lost=lost)
 
 
 def test_ratios_of_a_uniform_arm_are_its_own() -> None:

@@ -12,6 +12,7 @@ from slewctl import Hub, InputError, Objective, arms, close, generalised_plant, 
 from slewctl.compare import Case, Judgement, Reductions, compare_reductions, evaluate
 from slewctl.plant import modal_truncation
 
+pytestmark = pytest.mark.xdist_group("reductions")
 OBJECTIVE = Objective({"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "tip": 1e-3})
 NAMES = (
     "clamped-free",

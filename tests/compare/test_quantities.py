@@ -37,6 +37,7 @@ ARM = replace(arms.paper_beam(), hub=Hub(0.2), motor=MOTOR, damping_ratio=0.005)
 OBJECTIVE = Objective(
     {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
 )
+pytestmark = pytest.mark.xdist_group("quantities")
 CASE = Case("case", ARM, OBJECTIVE, n=2, truth_modes=10, slew=Slew(30.0, 2.0),
             bases=("clamped-free",), orders=(2,))  # fmt: skip
 AXES = (HUB, *OTHER_AXES, "basis")

@@ -38,17 +38,9 @@ def assert_theorems_hold(found: list[Predictors], unstable: list[bool]) -> None:
 
 
 @pytest.mark.slow
-def test_theorems_hold_on_random_designs() -> None:
-    found, unstable = tried(3, 12, 8)
-    assert any(unstable)
-    assert not all(unstable)
-    assert_theorems_hold(found, unstable)
-
-
-@pytest.mark.slow
 def test_which_number_predicts_spillover() -> None:
-    """The order that the benchmark finds over 2,000 designs holds over a hundred."""
-    found, unstable = tried(11, 100, 12)
+    """The order that the benchmark finds over 2,000 designs holds over forty."""
+    found, unstable = tried(11, 40, 8)
     assert_theorems_hold(found, unstable)
     scores = {one.predictor: one for one in score(found, unstable)}
     for name in THEOREMS:
@@ -65,21 +57,21 @@ def test_small_gain_never_certifies_an_unstable_loop_and_the_first_mode_is_an_un
 ):
     rng = np.random.default_rng(21)
     certified = named = agreed = 0
-    for _ in range(60):
+    for _ in range(30):
         loop, design = random_design(rng, 10)
         found = small_gain(loop, design)
         certified += found.certified
         assert loop.stable or not found.certified
-        if not loop.stable and named < 8:
+        if not loop.stable and named < 6:
             first = spillover(loop, design)
             named += 1
             assert first.critical_scale <= 1
             assert first.critical_scale >= 1 / found.value * (1 - 1e-6)
             near = [abs(np.log(hertz / first.critical_hz)) for hertz in loop.unstable_hz]
             agreed += min(near) < 0.2
-    assert certified > 15
-    assert named == 8
-    assert agreed >= 6
+    assert certified > 7
+    assert named == 6
+    assert agreed >= 5
 
 
 def test_scores_count_hits_misses_and_false_alarms() -> None:

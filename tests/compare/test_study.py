@@ -181,6 +181,7 @@ def some_rows() -> list[dict[str, object]]:
 
 
 @pytest.mark.slow
+@pytest.mark.xdist_group("study")
 def test_a_gap_below_the_margin_means_a_stable_loop(some_rows: list[dict[str, object]]) -> None:
     """Vinnicombe's theorem, for bases and reductions, the static correction included."""
     safe = [row for row in some_rows if row["nu_gap"] < row["generalised_margin"]]  # type: ignore[operator]
@@ -191,6 +192,7 @@ def test_a_gap_below_the_margin_means_a_stable_loop(some_rows: list[dict[str, ob
 
 
 @pytest.mark.slow
+@pytest.mark.xdist_group("study")
 def test_unstable_rows_name_the_mode_that_grows(some_rows: list[dict[str, object]]) -> None:
     for row in some_rows:
         lost = row["outcome"] == "unstable" or not row["stable_on_twice"]
@@ -199,6 +201,7 @@ def test_unstable_rows_name_the_mode_that_grows(some_rows: list[dict[str, object
 
 
 @pytest.mark.slow
+@pytest.mark.xdist_group("study")
 def test_only_reductions_have_an_error_bound(some_rows: list[dict[str, object]]) -> None:
     for row in some_rows:
         assert (row["error_bound"] is None) == ("truncation" not in str(row["basis"]))

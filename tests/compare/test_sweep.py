@@ -118,13 +118,13 @@ import sys, sweep_work
 from pathlib import Path
 from slewctl.compare.study.sweep import Piece, sweep
 if __name__ == "__main__":
-    work = [Piece(f"{i:05d}", i) for i in range(1000)]
+    work = [Piece(f"{i:05d}", i) for i in range(300)]
     sweep(sweep_work.slow, work, Path(sys.argv[1]), stamp={}, workers=2, resume=True)
 """
 
 
 class Sweep:
-    """A sweep of 1,000 slow pieces in a process of its own, with two workers."""
+    """A sweep of 300 slow pieces in a process of its own, with two workers."""
 
     def __init__(self, folder: Path) -> None:
         self.results = folder / "results"
@@ -163,7 +163,7 @@ def test_an_interruption_leaves_what_was_finished(tmp_path: Path) -> None:
     errors = interrupted.end(signal.SIGINT)
     assert interrupted.process.returncode != 0
     assert errors.count(b"Traceback") == 1  # the parent's own; no worker complains
-    assert 3 <= len(rows(interrupted.results)) < 1000
+    assert 3 <= len(rows(interrupted.results)) < 300
 
 
 @pytest.mark.slow
@@ -183,9 +183,9 @@ def test_a_sweep_killed_at_random_moments_ends_with_the_same_rows(tmp_path: Path
         assert len(found) >= before
         before = len(found)
     with ThreadPoolExecutor(50) as threads:
-        sweep(sweep_work.slow, pieces(1000), killed.results, stamp={}, executor=threads,
+        sweep(sweep_work.slow, pieces(300), killed.results, stamp={}, executor=threads,
               resume=True, notice=pytest.fail)  # fmt: skip
-    assert list(rows(killed.results)) == [{"number": i} for i in range(1000)]
+    assert list(rows(killed.results)) == [{"number": i} for i in range(300)]
 
 
 @pytest.mark.slow
@@ -195,10 +195,9 @@ def test_no_worker_outlives_a_killed_sweep(tmp_path: Path) -> None:
     assert len(killed.workers()) >= 2
     errors = killed.end(signal.SIGKILL)
     assert b"Traceback" not in errors
-    assert 3 <= len(rows(killed.results)) < 1000
+    assert 3 <= len(rows(killed.results)) < 300
 
 
-@pytest.mark.slow
 def interrupted_after(moment: float) -> None:
     """Interrupt a pool with calls in every state and wait for the thread that serves it."""
     served = None

@@ -170,8 +170,8 @@ def test_largest_finds_the_edge_from_the_possible_side() -> None:
 
 
 @pytest.mark.slow
-def test_eight_functions() -> None:
-    problem = plant(8)
+def test_five_functions() -> None:
+    problem = plant(5)
     omega = problem.model.omega
     controller = h2_region(
         problem,

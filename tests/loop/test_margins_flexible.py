@@ -49,10 +49,11 @@ def test_a_few_flexible_loops(seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "most"), [(20, 60), *((seed, 25) for seed in range(21, 26))])
-def test_hundreds_of_flexible_loops(seed: int, most: int) -> None:
-    loops = random_flexible_loops(seed, 40, most)
-    assert sum(check(loop, f"seed {seed}, loop {i}") for i, loop in enumerate(loops)) >= 12
+@pytest.mark.parametrize(("seed", "number", "most"), [(20, 12, 60), (21, 40, 25), (22, 40, 25)])
+def test_many_flexible_loops(seed: int, number: int, most: int) -> None:
+    loops = random_flexible_loops(seed, number, most)
+    stable = sum(check(loop, f"seed {seed}, loop {i}") for i, loop in enumerate(loops))
+    assert stable >= number // 4
 
 
 def test_the_helper_evaluates_its_own_state_space() -> None:

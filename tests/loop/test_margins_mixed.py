@@ -42,10 +42,10 @@ def test_a_few_dozen_loops() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2, 5))
+@pytest.mark.parametrize("seed", [2, 3])
 def test_hundreds_of_loops(seed: int) -> None:
-    loops = random_mixed_loops(seed, 300)
-    assert sum(check(loop, f"{seed}: {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 150
+    loops = random_mixed_loops(seed, 120)
+    assert sum(check(loop, f"{seed}: {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 60
 
 
 def test_a_pid_with_two_fast_lags_around_an_arm_is_stable() -> None:

@@ -11,20 +11,17 @@ import numpy as np
 import pytest
 from precise_shapes import shape
 
-from slewctl.paper.conditioning import (
-    HUB_RATIOS,
-    MOST_FUNCTIONS,
-    Attempt,
-    ConditioningFinding,
-    conditioning,
-)
+from slewctl.paper import PaperReproduction
+from slewctl.paper.conditioning import HUB_RATIOS, MOST_FUNCTIONS, Attempt, ConditioningFinding
 from slewctl.paper.conditioning_prose import conditioning_words
 from slewctl.paper.findings import DAMPING_RATIO
 
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("paper")]
 
-@pytest.fixture(scope="module")
-def finding() -> ConditioningFinding:
-    return conditioning()
+
+@pytest.fixture
+def finding(reproduction: PaperReproduction) -> ConditioningFinding:
+    return reproduction.conditioning
 
 
 def attempts(finding: ConditioningFinding, kind: str) -> list[Attempt]:

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
-from slewctl.paper.findings import hub_finding
+from slewctl.paper import HubFinding, PaperReproduction
+
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("paper")]
 
 
-@pytest.fixture(scope="module")
-def hub():
-    return hub_finding()
+@pytest.fixture
+def hub(reproduction: PaperReproduction) -> HubFinding:
+    return reproduction.findings.hub
 
 
 def _at(hub, ratio):

@@ -1,12 +1,16 @@
 """The whole reproduction in one object that can be written as JSON."""
 
+from __future__ import annotations
+
 import json
 from dataclasses import fields, is_dataclass
 
 import numpy as np
 import pytest
 
-from slewctl.paper import PARTS, PaperReproduction, reproduce
+from slewctl.paper import PARTS, PaperReproduction, conditioning, findings, reproduce
+
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("paper")]
 
 
 def _plain(value):
@@ -25,27 +29,28 @@ def _plain(value):
     return value
 
 
-@pytest.fixture(scope="module")
-def said_and_done():
-    said: list[str] = []
-    return said, reproduce(said.append)
-
-
-@pytest.mark.slow
-def test_reproduction_is_plain_data(said_and_done):
-    _, result = said_and_done
-    assert isinstance(result, PaperReproduction)
-    text = json.dumps(_plain(result), allow_nan=False)
+def test_reproduction_is_plain_data(reproduction: PaperReproduction) -> None:
+    assert isinstance(reproduction, PaperReproduction)
+    text = json.dumps(_plain(reproduction), allow_nan=False)
     assert len(text) > 10_000
 
 
-@pytest.mark.slow
-def test_progress_is_told_before_each_part(said_and_done):
-    said, _ = said_and_done
+def test_reproduction_repeats_itself_and_tells_its_progress(
+    reproduction: PaperReproduction, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Again with every third hub and fewer functions: each point is what it was among all."""
+    monkeypatch.setattr(findings, "HUB_RATIOS", findings.HUB_RATIOS[::3])
+    monkeypatch.setattr(conditioning, "MOST_FUNCTIONS", 3)
+    said: list[str] = []
+    again = reproduce(said.append)
     assert tuple(said) == PARTS
-
-
-@pytest.mark.slow
-def test_reproduction_repeats_itself(said_and_done):
-    _, first = said_and_done
-    assert json.dumps(_plain(first)) == json.dumps(_plain(reproduce()))
+    first, second = _plain(reproduction), _plain(again)
+    assert again.findings.hub.points
+    first["findings"]["hub"]["points"] = first["findings"]["hub"]["points"][::3]
+    before = {(p["hub_ratio"], p["basis"], p["n"]): p for p in first["conditioning"]["points"]}
+    points = second["conditioning"]["points"]
+    assert len(points) == 2 * 2 * 3
+    for point in points:
+        assert point == before[point["hub_ratio"], point["basis"], point["n"]]
+    del first["conditioning"], second["conditioning"]
+    assert json.dumps(first) == json.dumps(second)

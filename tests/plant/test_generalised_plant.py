@@ -200,15 +200,19 @@ def test_sampled_controller_on_a_continuous_plant_is_refused(plant: GeneralisedP
         plant.close(sampled)
 
 
-def test_transfer_function_controller_is_taken_or_refused(plant: GeneralisedPlant) -> None:
+def test_transfer_function_controller_is_refused(plant: GeneralisedPlant) -> None:
+    """Its state space is taken; a matrix of transfer functions has none of least order."""
     controller = control.tf(
         [[[1.0], [1.0]]], [[[1.0, 1.0], [1.0, 1.0]]], inputs=SENSORS, outputs=["torque"]
     )
-    try:
-        closed = plant.close(controller)
-    except InputError:
-        return
-    assert closed.nstates >= plant.system.nstates
+    with pytest.raises(InputError, match=r"TransferFunction.* is not a continuous-time StateSpace"):
+        plant.close(controller)
+    K = control.ss(
+        [[-1.0]], [[1.0, 1.0]], [[1.0]], [[0.0, 0.0]], inputs=SENSORS, outputs=["torque"]
+    )
+    s = 0.7j
+    np.testing.assert_allclose(K(s), controller(s), rtol=1e-14)
+    assert plant.close(K).nstates == plant.system.nstates + 1
 
 
 def general(seed: int, dt: float = 0.0) -> GeneralisedPlant:

@@ -133,7 +133,10 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 
 # Module scope keeps the tests of a page together; the page itself is loaded by each.
-@pytest.fixture(scope="module", params=PAGES)
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(PAGES[0], marks=pytest.mark.slow), *PAGES[1:]],  # by far the largest
+)
 def page(request: pytest.FixtureRequest) -> str:
     return request.param
 

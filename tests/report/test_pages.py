@@ -6,6 +6,7 @@ import csv
 import json
 import re
 from collections import Counter
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -13,11 +14,12 @@ import pytest
 
 from slewctl.compare import compare
 from slewctl.files import read_design
-from slewctl.paper import reproduce
+from slewctl.paper import PaperReproduction
 from slewctl.report import write_comparison, write_paper
 from slewctl.report.page import hertz, number, percent
 
 DESIGNS = Path(__file__).parents[2] / "designs"
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("paper")]
 VOID = {"meta", "link", "br", "img", "hr"}
 
 
@@ -53,18 +55,18 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def pages(
+    tmp_path_factory: pytest.TempPathFactory, reproduction: PaperReproduction
+) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("reports")
     cases = [read_design(path).case for path in sorted(DESIGNS.glob("*.toml"))[:2]]
-    comparison = compare(cases)
-    reproduction = reproduce()
+    comparison = compare([replace(case, orders=(1, 2)) for case in cases])
     for name in ("first", "second"):
         write_comparison(comparison, folder / f"comparison-{name}")
         write_paper(reproduction, folder / f"paper-{name}")
     return {p.parent.name: p for p in folder.glob("*/index.html")}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "pictures"), [("comparison-first", 12), ("paper-first", 7)])
 def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pictures: int) -> None:
     text = pages[name].read_text(encoding="utf-8")
@@ -82,7 +84,6 @@ def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pic
     assert not re.search(r"\bnan\b", shown, flags=re.I)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["comparison", "paper"])
 def test_reports_are_the_same_bytes_every_time(pages: dict[str, Path], kind: str) -> None:
     first, second = pages[f"{kind}-first"].parent, pages[f"{kind}-second"].parent
@@ -90,7 +91,6 @@ def test_reports_are_the_same_bytes_every_time(pages: dict[str, Path], kind: str
         assert path.read_bytes() == (second / path.name).read_bytes()
 
 
-@pytest.mark.slow
 def test_unstable_designs_are_named_with_their_frequency(pages: dict[str, Path]) -> None:
     folder = pages["comparison-first"].parent
     results = json.loads((folder / "results.json").read_text())
@@ -101,7 +101,6 @@ def test_unstable_designs_are_named_with_their_frequency(pages: dict[str, Path])
         assert f"unstable<br>{number(e['unstable_hz'][0])} Hz" in text
 
 
-@pytest.mark.slow
 def test_markdown_tells_the_same_designs(pages: dict[str, Path]) -> None:
     folder = pages["comparison-first"].parent
     text = (folder / "index.md").read_text(encoding="utf-8")
@@ -119,7 +118,6 @@ def test_markdown_tells_the_same_designs(pages: dict[str, Path]) -> None:
         assert len({line.count("|") for line in table.splitlines()}) == 1
 
 
-@pytest.mark.slow
 def test_ladders_reach_the_whole_truth(pages: dict[str, Path]) -> None:
     folder = pages["comparison-first"].parent
     designs = list(csv.DictReader((folder / "designs.csv").open()))

@@ -82,6 +82,7 @@ def value(key: str, text: str) -> object:
     return int(text) if key in ("n", "unstable_mode") else float(text)
 
 
+@pytest.mark.slow
 def test_study_says_what_this_code_makes_of_its_rows(tmp_path: Path) -> None:
     with gzip.open(REPORTS / "study" / "rows.csv.gz", "rt") as file:
         rows = [{k: value(k, v) for k, v in row.items()} for row in csv.DictReader(file)]
