@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._show import Described
+from slewctl._show import Axes, Described, axes_or_new
 from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_positive, shown
@@ -64,6 +64,20 @@ class Swing(Described):
             f"swing by {turned:.4g}° in {self.t[-1] - self.t[0]:.4g} s: deflection up to "
             f"{np.abs(self.tip_deflection).max():.3g} m, energy kept to {self.energy_error:.0e}"
         )
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the deflection of the tip over time.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            By default those of a new figure.
+        """
+        ax = axes_or_new(ax)
+        ax.plot(self.t, self.tip_deflection)
+        ax.set_xlabel("time (s)")
+        ax.set_ylabel("tip deflection (m)")
+        return ax
 
     @property
     def states(self) -> Array:
