@@ -20,6 +20,7 @@ from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.loop.tracking import tracking_controller, tracking_loop
 from slewctl.model import Model
 from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import H2Cost, h2_cost, stability_threshold
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
@@ -92,17 +93,13 @@ class Loop:
     @cached_property
     def opened(self) -> LinearSystem:
         """L without python-control."""
-        G, K = self._path, self.controller.linear
-        B = np.vstack([G.B, np.zeros((K.nstates, 1))])
-        A = np.block([[G.A, np.zeros((G.nstates, K.nstates))], [np.asarray(K.B) @ G.C, K.A]])
-        C = -np.hstack([np.asarray(K.D) @ G.C, K.C])
-        actuator = self.objective.actuator
+        actuator, through = self.objective.actuator, series(self._path, self.controller.linear)
         return LinearSystem(
-            A,
-            B,
-            C,
-            np.zeros((1, 1)),
-            K.dt,
+            through.A,
+            through.B,
+            -through.C,
+            -through.D,
+            self.controller.linear.dt,
             inputs=[actuator],
             outputs=[f"returned_{actuator}"],
             name="L",

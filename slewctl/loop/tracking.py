@@ -9,6 +9,7 @@ from slewctl.design import Controller
 from slewctl.design.reference import REFERENCE, rigid_readings, rigid_reference
 from slewctl.design.result import with_reference
 from slewctl.model import Model
+from slewctl.numerics.interconnect import closed_matrix
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.statespace import Actuator, arm_equations
 
@@ -47,7 +48,7 @@ def tracking_loop(
     Bk, Br = np.asarray(controller.B[:, :-1]), np.asarray(controller.B[:, -1:])
     Dk, Dr = np.asarray(controller.D[:, :-1]), np.asarray(controller.D[:, -1:])
     return LinearSystem(
-        np.block([[A + B @ Dk @ C, B @ Ck], [Bk @ C, Ak]]),
+        closed_matrix(A, B, C, (Ak, Bk, Ck, Dk)),
         np.vstack([B @ Dr, Br]),
         np.block([[watched, np.zeros((len(watched), len(Ak)))], [Dk @ C, Ck]]),
         np.vstack([np.zeros((len(watched), 1)), Dr]),

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 from scipy.linalg import block_diag
 
 from slewctl._types import Array
 from slewctl.numerics.linear_system import LinearSystem
+
+Matrices: TypeAlias = tuple[Array, Array, Array, Array]
 
 
 class AlgebraicLoopError(ValueError):
@@ -94,6 +98,19 @@ def lft(plant: LinearSystem, controller: LinearSystem) -> LinearSystem:
         inputs=plant.input_labels[:w],
         outputs=plant.output_labels[:z],
     )
+
+
+def closed_matrix(A: Array, B: Array, C: Array, controller: Matrices) -> Array:
+    """Return the state matrix of ẋ = Ax + Bu, y = Cx under u = K y, the controller's states below.
+
+    Parameters
+    ----------
+    A, B, C : ndarray, shapes (n, n), (n, m), (p, n)
+    controller : tuple of ndarray
+        A, B, C and D of K.
+    """
+    Ak, Bk, Ck, Dk = controller
+    return np.block([[A + B @ Dk @ C, B @ Ck], [Bk @ C, Ak]])
 
 
 def diagonal(*blocks: Array) -> Array:

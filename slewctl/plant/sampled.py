@@ -18,6 +18,7 @@ import numpy as np
 from slewctl._show import Described
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_nonnegative, check_positive
+from slewctl.numerics.interconnect import closed_matrix
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import H2Cost, solve_discrete_lyapunov, stability_threshold
 from slewctl.plant.hold import Held, held
@@ -131,8 +132,7 @@ class SampledClosed:
     @cached_property
     def A(self) -> Array:
         """State matrix from one sampling instant to the next."""
-        p, (Ak, Bk, Ck, Dk) = self.plant, self._controller
-        return np.block([[p.A + p.B @ Dk @ p.C, p.B @ Ck], [Bk @ p.C, Ak]])
+        return closed_matrix(self.plant.A, self.plant.B, self.plant.C, self._controller)
 
     @cached_property
     def poles(self) -> ComplexArray:

@@ -13,6 +13,7 @@ from slewctl.loop.motion.decoupled import decoupled
 from slewctl.loop.motion.extremes import Part
 from slewctl.loop.motion.modal_motion import Motion, driven
 from slewctl.loop.motion.slew_inputs import TIP, WATCHED, Slew, signals, told
+from slewctl.numerics.interconnect import closed_matrix
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.statespace import arm_equations
 
@@ -103,9 +104,9 @@ def tracking_system(loop: Loop) -> LinearSystem:
     actuator = loop.objective.actuator
     watched = arm_equations(loop.model, WATCHED, actuator)
     G, K = loop.plant.path, loop.controller.linear
-    Ak, Bk, Ck, Dk = (np.asarray(m) for m in (K.A, K.B, K.C, K.D))
+    _, Bk, Ck, Dk = K.matrices
     B, C = np.asarray(G.B), np.asarray(G.C)
-    A = np.block([[G.A + B @ Dk @ C, B @ Ck], [Bk @ C, Ak]])
+    A = closed_matrix(G.A, B, C, K.matrices)
     inputs = np.block([[-B @ Dk, B], [-Bk, np.zeros((K.nstates, 1))]])
     outputs = np.block([[np.asarray(watched.C), np.zeros((len(WATCHED), K.nstates))], [Dk @ C, Ck]])
     through = np.zeros((len(WATCHED) + 1, inputs.shape[1]))

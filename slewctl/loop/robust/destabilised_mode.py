@@ -18,6 +18,7 @@ from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_count
 from slewctl.loop import Loop
 from slewctl.numerics.balance import balance
+from slewctl.numerics.interconnect import closed_matrix
 from slewctl.numerics.matrix_equations import stability_threshold
 
 # A pole has been followed when it is this many times nearer to where it was expected than
@@ -153,7 +154,7 @@ class _Parts:
             np.asarray(path.A),
             np.asarray(path.B),
             np.asarray(path.C),
-            (np.asarray(K.A), np.asarray(K.B), np.asarray(K.C), np.asarray(K.D)),
+            K.matrices,
             np.concatenate([own, np.full(K.nstates, -1)]),
             kept,
         )
@@ -165,8 +166,7 @@ class _Parts:
         alone = own[:, None] == own[None, :]
         A = np.where(alone, self.A, self.A * np.outer(scale, scale))
         B, C = self.B * scale[:, None], self.C * scale
-        Ak, Bk, Ck, Dk = self.controller
-        return np.block([[A + B @ Dk @ C, B @ Ck], [Bk @ C, Ak]])
+        return closed_matrix(A, B, C, self.controller)
 
     def participation(self, matrix: Array, pole: complex) -> Array:
         """Return the share of each mode of the arm, rigid body first, in a pole of `matrix`.
