@@ -9,22 +9,23 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 from functools import partial
 from numbers import Integral, Real
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from slewctl.escape import one_line
 
 T = TypeVar("T")
+Remedy: TypeAlias = str | Callable[[], str]
 
 # Characters of a value, of what is wrong and of the remedy that a person reads.
 _MOST_SHOWN = 60
 _MOST_WHAT = 500
 _MOST_REMEDY = 250
 # Faults of one file that are told at once.
-_MOST_FAULTS = 20
+MOST_FAULTS = 20
 
 
 class SlewctlError(Exception):
@@ -36,13 +37,22 @@ class SlewctlError(Exception):
         What was wrong, with the offending value.
     where : str, optional
         The place: a file and key, or a name such as ``hub.inertia``.
-    remedy : str, optional
-        What the user can do about it.
+    remedy : str or callable, optional
+        What the user can do about it; a function where it takes a while to find, for of many
+        errors only some are shown.
     """
 
-    def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
-        self.what, self.where, self.remedy = what, where, remedy
-        super().__init__(what, where, remedy)
+    def __init__(self, what: str, *, where: str = "", remedy: Remedy = "") -> None:
+        self.what, self.where = what, where
+        self._remedy = remedy
+        super().__init__(what, where)
+
+    @property
+    def remedy(self) -> str:
+        """What the user can do about it."""
+        if not isinstance(self._remedy, str):
+            self._remedy = self._remedy()
+        return self._remedy
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle with its keywords: an error may come back from another process."""
@@ -51,7 +61,7 @@ class SlewctlError(Exception):
     def within(self, place: str, separator: str = ": ") -> SlewctlError:
         """Return the same error with `place`, such as a file, before its own place."""
         where = f"{place}{separator}{self.where}" if self.where else place
-        return type(self)(self.what, where=where, remedy=self.remedy)
+        return type(self)(self.what, where=where, remedy=lambda: self.remedy)
 
     def __str__(self) -> str:
         place = f"{one_line(self.where)}: " if self.where else ""
@@ -75,7 +85,7 @@ class FaultsError(InputError):
     def __init__(self, faults: Sequence[SlewctlError]) -> None:
         self.faults = tuple(faults)
         first = self.faults[0]
-        super().__init__(first.what, where=first.where, remedy=first.remedy)
+        super().__init__(first.what, where=first.where, remedy=lambda: first.remedy)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.faults,)
@@ -85,7 +95,7 @@ class FaultsError(InputError):
         return FaultsError([fault.within(place, separator) for fault in self.faults])
 
     def __str__(self) -> str:
-        lines = [str(fault) for fault in self.faults[:_MOST_FAULTS]]
+        lines = [str(fault) for fault in self.faults[:MOST_FAULTS]]
         more = len(self.faults) - len(lines)
         return "\n".join([*lines, f"and {more} more faults"] if more else lines)
 
@@ -201,7 +211,7 @@ def check_choice(value: object, choices: Iterable[str], name: str) -> str:
     raise InputError(
         f"unknown name {shown(value)}",
         where=name,
-        remedy=suggest(value if isinstance(value, str) else shown(value), known),
+        remedy=partial(suggest, value if isinstance(value, str) else shown(value), known),
     )
 
 

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 
 from slewctl import Arm, Beam, Hub, Payload
+from slewctl._threads import one_thread
 from slewctl.paper import PaperReproduction, reproduce
 
 pytest_plugins = ["pytester"]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_thread() -> Iterator[None]:
+    """Keep BLAS to one thread, in the workers of ``-n auto`` too."""
+    with one_thread():
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -18,6 +18,7 @@ SHARED = {
     "_interrupt",
     "_lazy",
     "_show",
+    "_threads",
     "_types",
     "breakdown",
     "errors",

@@ -77,6 +77,23 @@ def test_a_loop_is_drawn_on_the_axes_given(judged: Judged, kind: str) -> None:
     assert first.lines
 
 
+@pytest.mark.parametrize("what", ["tip", "error", "torque", "actuator"])
+def test_a_slew_is_drawn_curve_by_curve(judged: Judged, what: str) -> None:
+    axes = Figure().subplots()
+    assert judged.response.plot(what, axes) is axes
+    assert what in [line.get_label() for line in axes.lines]
+    with pytest.raises(sc.InputError, match="torque"):
+        judged.response.plot("volts", axes)
+
+
+def test_swings_and_fits_are_drawn() -> None:
+    t = np.linspace(0, 1, 11)
+    swing = sc.simulate_swing(sc.large_slew(sc.assemble(ARM, "slewing", 2)), t, 0.1)
+    assert swing.plot(Figure().subplots()).lines
+    found = sc.fit(ARM, {1: 1.0, 2: 4.1}, free=["beam.stiffness"])
+    assert found.plot(Figure().subplots()).lines
+
+
 def test_what_cannot_be_drawn_is_refused(judged: Judged) -> None:
     with pytest.raises(sc.InputError, match="bode"):
         judged.plot("step")

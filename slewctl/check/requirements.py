@@ -10,11 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 
 from slewctl.compare import QUANTITIES, Followed, Judgement, Quantity, Reading, follow
 from slewctl.compare.quantities import RECORDED
-from slewctl.errors import InputError, check_choice, check_nonnegative, shown
+from slewctl.errors import InputError, check_nonnegative, shown, suggest
 
 REQUIREMENTS: Mapping[str, Quantity] = MappingProxyType(
     {quantity.requirement: quantity for quantity in QUANTITIES.values()}
@@ -81,7 +82,12 @@ def check_limits(limits: Mapping[str, float | bool]) -> dict[str, float]:
     """
     numbers = {}
     for name, limit in limits.items():
-        check_choice(name, REQUIREMENTS, "requirements")
+        if name not in REQUIREMENTS:
+            raise InputError(
+                "unknown requirement",
+                where=f"requirements.{name}",
+                remedy=partial(suggest, name, REQUIREMENTS),
+            )
         if name == "stable":
             if limit is not True:
                 raise InputError(

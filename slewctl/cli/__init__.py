@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import warnings
@@ -34,8 +35,11 @@ def interrupted() -> NoReturn:
 
 
 def _run() -> int:
+    # On matrices this small more threads only wait for each other, and the last digits of a
+    # report would depend on their number.  Read when numpy and scipy are loaded, which is later.
+    os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
     import click
-    from threadpoolctl import threadpool_limits
 
     from slewctl.cli.commands import cli
     from slewctl.cli.terminal import ERR, silence
@@ -45,9 +49,7 @@ def _run() -> int:
         if isinstance(stream, TextIOWrapper):  # a terminal without N·m shows an escape instead
             stream.reconfigure(errors="backslashreplace")
     try:
-        # On matrices this small more threads only wait for each other, and the last digits of
-        # a report would depend on their number.
-        with threadpool_limits(1), warnings.catch_warnings():
+        with warnings.catch_warnings():
             if not sys.warnoptions:  # who asks Python for warnings gets them
                 warnings.simplefilter("ignore")
             return int(cli.main(prog_name="slewctl", standalone_mode=False) or 0)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._show import Axes, Tabular, axes_or_new
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.compare.case import Case
 from slewctl.compare.convergence import Followed, follow
@@ -197,6 +198,7 @@ class Comparison(Tabular):
         return "designs judged on the truth"
 
 
+@single_threaded
 def compare(cases: Iterable[Case], progress: Progress | None = None) -> Comparison:
     """Return every case's design, and its alternatives, judged on the truth.
 

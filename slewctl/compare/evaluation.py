@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.compare.case import Case
@@ -153,6 +154,7 @@ class Judge:
             raise error.within(self.case.source or self.case.name) from error
 
 
+@single_threaded
 def evaluate(case: Case) -> Evaluation:
     """Return the case's own design, judged on the truth."""
     return Judge(case).evaluate(case.basis, case.n)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from slewctl._show import Axes, Tabular, axes_or_new
+from slewctl._threads import single_threaded
 from slewctl.basis import Combined
 from slewctl.compare.case import Case
 from slewctl.compare.design_basis import DesignModel
@@ -162,6 +163,7 @@ class Ladder(Tabular):
         return f"{self.name}: {self.verdict}"
 
 
+@single_threaded
 def spillover_ladder(case: Case, basis: str | None = None, n: int | None = None) -> Ladder:
     """Return a case's design judged with N = n … all modes of the truth.
 

@@ -15,6 +15,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from slewctl._threads import single_threaded
 from slewctl.compare.judgement import Judgement
 from slewctl.errors import AccuracyError
 from slewctl.loop import Crossing, Margins, SlewSummary
@@ -118,6 +119,7 @@ class Quantity:
         return min(readings, key=lambda r: -math.inf if math.isnan(r.value) else sign * r.value)
 
 
+@single_threaded
 def read(judgement: Judgement, name: str) -> Reading:
     """Return a quantity of a judgement.
 

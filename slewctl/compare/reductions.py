@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slewctl._show import DataFrame, table_html, to_frame
+from slewctl._threads import single_threaded
 from slewctl.compare.case import Case
 from slewctl.compare.design_basis import REDUCTIONS, SOURCES, check_reducible
 from slewctl.compare.evaluation import Evaluation, Judge
@@ -106,6 +107,7 @@ class Reductions:
         raise KeyError(name)
 
 
+@single_threaded
 def compare_reductions(case: Case, order: int) -> Reductions:
     """Return designs with `order` flexible modes by basis and by reduction of the truth.
 

@@ -21,6 +21,7 @@ from scipy.optimize import minimize
 from scipy.stats import qmc
 
 from slewctl._show import Tabular, table_html
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.arm import Arm, vary
 from slewctl.compare.case import DEFAULT_SLEW, Case
@@ -168,6 +169,7 @@ class WorstCase(Tabular):
         return f"worst of {self.tried} arms: {what} ({corner}: {where})"
 
 
+@single_threaded
 def worst_case(
     design: Case | Loop,
     box: Mapping[str, Sequence[float]],

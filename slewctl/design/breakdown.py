@@ -10,6 +10,7 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
+from slewctl._threads import one_thread
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.plant import GeneralisedPlant
@@ -32,13 +33,13 @@ def guarded(method: Callable[P, T]) -> Callable[P, T]:
 
     What NumPy and SciPy warn of on the way is in the numbers, and the certificate judges
     those; what they raise becomes an `AccuracyError` that names the most extreme number
-    given.
+    given.  BLAS has one thread meanwhile.
     """
 
     @wraps(method)
     def inner(*args: P.args, **kwargs: P.kwargs) -> T:
         try:
-            with np.errstate(all="ignore"), warnings.catch_warnings():
+            with one_thread(), np.errstate(all="ignore"), warnings.catch_warnings():
                 warnings.simplefilter("ignore", RuntimeWarning)
                 return method(*args, **kwargs)
         except AccuracyError as error:

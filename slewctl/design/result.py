@@ -188,7 +188,7 @@ class Controller(WithSystem):
             }
             for check in self.certificate.checks
         ]
-        return table_html(checks, f"{self!r} {'; '.join(self.assumptions)}")
+        return table_html(checks, "; ".join([repr(self)[1:-1], *self.assumptions]))
 
     @property
     def sample_time(self) -> float:

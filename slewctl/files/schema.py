@@ -21,6 +21,11 @@ Several = Annotated[list[T], Field(max_length=100)]
 DESIGN_SCHEMA = "slewctl-design/1"
 
 
+def _told(unit: str, meaning: str, example: float) -> Any:
+    """Return what the reference of design files says of a key."""
+    return Field(description=meaning, examples=[example], json_schema_extra={"unit": unit})
+
+
 class Table(BaseModel):
     """A TOML table that refuses unknown keys and converts nothing."""
 
@@ -34,51 +39,55 @@ class BeamTable(Table):
     stations ``{ x = [...], values = [...] }`` with x in metres; the reader checks it.
     """
 
-    length: Positive
-    mass_per_length: Any
-    bending_stiffness: Any
+    length: Annotated[Positive, _told("m", "of the beam", 1.0)]
+    mass_per_length: Annotated[
+        Any, _told("kg/m", "a number, coefficients in x/L, or stations", 2.0)
+    ]
+    bending_stiffness: Annotated[
+        Any, _told("N·m²", "a number, coefficients in x/L, or stations", 40.0)
+    ]
 
 
 class HubTable(Table):
     """``[arm.hub]``."""
 
-    inertia: NonNegative = 0.0
-    radius: NonNegative = 0.0
-    friction: NonNegative = 0.0
+    inertia: Annotated[NonNegative, _told("kg·m²", "about the axis", 0.2)] = 0.0
+    radius: Annotated[NonNegative, _told("m", "from the axis to the clamp", 0.05)] = 0.0
+    friction: Annotated[NonNegative, _told("N·m·s/rad", "viscous, of the axis", 0.1)] = 0.0
 
 
 class PayloadTable(Table):
     """``[arm.payload]``."""
 
-    mass: NonNegative = 0.0
-    inertia: NonNegative = 0.0
+    mass: Annotated[NonNegative, _told("kg", "at the tip", 0.1)] = 0.0
+    inertia: Annotated[NonNegative, _told("kg·m²", "about its own centre", 0.001)] = 0.0
 
 
 class RayleighTable(Table):
     """``[arm.damping]`` with kind = "rayleigh"."""
 
     kind: str
-    alpha: NonNegative = 0.0
-    beta: NonNegative = 0.0
+    alpha: Annotated[NonNegative, _told("1/s", "of the mass matrix", 0.1)] = 0.0
+    beta: Annotated[NonNegative, _told("s", "of the stiffness matrix", 1e-4)] = 0.0
 
 
 class KelvinVoigtTable(Table):
     """``[arm.damping]`` with kind = "kelvin-voigt"."""
 
     kind: str
-    retardation_time: NonNegative
+    retardation_time: Annotated[NonNegative, _told("s", "of the beam's material", 1e-4)]
 
 
 class MotorTable(Table):
     """``[arm.motor]``."""
 
-    resistance: Positive
-    torque_constant: Positive
-    back_emf_constant: NonNegative
-    gear_ratio: Positive = 1.0
-    gear_efficiency: Efficiency = 1.0
-    motor_efficiency: Efficiency = 1.0
-    rotor_inertia: NonNegative = 0.0
+    resistance: Annotated[Positive, _told("Ω", "of the armature", 2.6)]
+    torque_constant: Annotated[Positive, _told("N·m/A", "of the motor's shaft", 0.0077)]
+    back_emf_constant: Annotated[NonNegative, _told("V·s/rad", "of the motor's shaft", 0.0077)]
+    gear_ratio: Annotated[Positive, _told("", "turns of the motor for one of the hub", 70.0)] = 1.0
+    gear_efficiency: Annotated[Efficiency, _told("", "from above 0 to 1", 0.9)] = 1.0
+    motor_efficiency: Annotated[Efficiency, _told("", "from above 0 to 1", 0.69)] = 1.0
+    rotor_inertia: Annotated[NonNegative, _told("kg·m²", "about the motor's shaft", 3.9e-7)] = 0.0
     torque_limit: Positive | None = None
     voltage_limit: Positive | None = None
 
@@ -104,7 +113,7 @@ class ModelTable(Table):
     """``[model]``: what the design is made on."""
 
     basis: str
-    n: Count
+    n: Annotated[Count, _told("", "number of admissible functions", 2)]
 
 
 class ControllerTable(Table):
@@ -123,15 +132,15 @@ class ControllerTable(Table):
 class SlewTable(Table):
     """``[slew]``: the turn that is simulated."""
 
-    angle_deg: Finite
-    duration_s: Positive
+    angle_deg: Annotated[Finite, _told("deg", "of the turn", 30.0)]
+    duration_s: Annotated[Positive, _told("s", "of the reference", 4.0)]
     horizon_s: Positive | None = None
 
 
 class TruthTable(Table):
     """``[truth]``: what the design is judged on."""
 
-    modes: Count = Case.truth_modes
+    modes: Annotated[Count, _told("", "flexible modes of the truth", 20)] = Case.truth_modes
 
 
 class CompareTable(Table):

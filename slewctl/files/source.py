@@ -7,7 +7,6 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -59,23 +58,15 @@ class Source:
         place = self._way((), where) or self._way(("arm",), where)
         return self.lines[place] if place else None
 
-    @cached_property
-    def _children(self) -> Mapping[KeyPath, list[KeyPath]]:
-        """The keys of each table and the elements of each array, the longest names first."""
-        found: dict[KeyPath, list[KeyPath]] = {}
-        for place in self.lines:
-            found.setdefault(place[:-1], []).append(place)
-        for places in found.values():
-            places.sort(key=lambda place: -len(str(place[-1])))
-        return found
-
     def _way(self, start: KeyPath, where: str) -> KeyPath | None:
         """Return the longest way from a table along the dotted key; None if there is none."""
-        for place in self._children.get(start, ()):
-            name = str(place[-1])
-            if where == name or where.startswith(f"{name}."):
-                rest = where[len(name) + 1 :]
-                return (self._way(place, rest) if rest else None) or place
+        # A key may hold dots itself: the longest name that is there comes first.
+        for end in (len(where), *(dot.start() for dot in reversed([*re.finditer(r"\.", where)]))):
+            name = where[:end]
+            for key in (name, int(name)) if name.isdecimal() else (name,):
+                if (place := (*start, key)) in self.lines:
+                    rest = where[end + 1 :]
+                    return (self._way(place, rest) if rest else None) or place
         return None
 
     def refuse(self, error: SlewctlError) -> SlewctlError:
@@ -91,7 +82,7 @@ class Source:
         key = self._key(error)
         line = self.line(key) or (1 if key else None)
         place = f"{self.path}:{line}" if line else str(self.path)
-        short = type(error)(error.what, where=clipped(key, _MOST_KEY), remedy=error.remedy)
+        short = type(error)(error.what, where=clipped(key, _MOST_KEY), remedy=lambda: error.remedy)
         return short.within(place)
 
     def _key(self, error: SlewctlError) -> str:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
 from slewctl.check.baseline import Baseline
+from slewctl.check.result import Fault
 from slewctl.compare import QUANTITIES, Judge, Judgement, Reading
-from slewctl.errors import SlewctlError
+from slewctl.errors import MOST_FAULTS, SlewctlError, faults_of
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.gate.fingerprint import digest, fingerprint
 
@@ -61,7 +63,7 @@ def check_file(
     try:
         design = read_design(path, name)
     except SlewctlError as error:
-        return DesignResult(name, path, error=str(error), error_line=_line_of(error, path))
+        return DesignResult(name, path, **_told(error, path))
     if baseline is None:
         return examine(design)
     skipped = skip_unchanged(design, baseline) if changed_only else None
@@ -100,7 +102,7 @@ def examine(
     judging = Judge(design.case)
     findings: list[Finding] = []
     recorded: dict[str, Mapping[str, Reading]] = {}
-    error, line = "", None
+    told: dict[str, Any] = {}
     try:
         with design.source.computing():
             for arm, judgement, limits in _judgements(design, judging):
@@ -111,7 +113,7 @@ def examine(
                 beside = [QUANTITIES[name].requirement for name in (known or {}).get(arm, {})]
                 recorded[arm] = measure(judgement, [*limits, *beside])
     except SlewctlError as refused:
-        error, line = str(refused), _line_of(refused, design.path)
+        told = _told(refused, design.path)
     return DesignResult(
         design.case.name,
         design.path,
@@ -119,9 +121,8 @@ def examine(
         recorded,
         fingerprint=fingerprint(design.source.text),
         digest=digest(design.source.text),
-        error=error,
-        error_line=line,
         seconds=time.perf_counter() - start,
+        **told,
     )
 
 
@@ -148,6 +149,16 @@ def _line(design: DesignFile, arm: str, requirement: str) -> int | None:
         if (*head, "requirements") in lines:
             table = head = (*head, "requirements")
     return lines.get((*table, requirement)) or lines.get(head)
+
+
+def _told(error: SlewctlError, path: Path) -> dict[str, Any]:
+    """Return what a result says of an error: as one text, and fault by fault."""
+    single = faults_of(error)[:MOST_FAULTS]
+    return {
+        "error": str(error),
+        "error_line": _line_of(error, path),
+        "faults": tuple(Fault(str(fault), _line_of(fault, path)) for fault in single),
+    }
 
 
 def _line_of(error: SlewctlError, path: Path) -> int | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slewctl._threads import single_threaded
 from slewctl.design import Controller, given
 from slewctl.errors import InputError, shown
 from slewctl.loop.closed import Loop
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     import control
 
 
+@single_threaded
 def close(model: Model, objective: Objective, controller: Controller | control.StateSpace) -> Loop:
     """Return the loop of `controller` around `model`, judged by `objective`.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from slewctl._threads import single_threaded
 from slewctl._types import ComplexArray
 from slewctl.design import Controller
 from slewctl.errors import InputError, check_nonnegative, check_number
@@ -33,6 +34,7 @@ from slewctl.numerics.linear_system import LinearSystem
 _HIDDEN = 1e-9
 
 
+@single_threaded
 def margins(
     plant: Loop | Plant,
     controller: Controller | System | float | None = None,

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.errors import (
@@ -37,6 +38,7 @@ _ACCEPTABLE = 1e-6
 Measurements = Sequence[float] | Mapping[int, float]
 
 
+@single_threaded
 def fit(
     arm: Arm,
     measured_frequencies_hz: Measurements,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammaincc
 
-from slewctl._show import Described
+from slewctl._show import Axes, Described, axes_or_new
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.errors import check_choice
@@ -135,6 +135,23 @@ class Fit(Described):
             for mode, measured, fitted, off in rows
         ]
         return "\n".join(lines)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw how far each fitted frequency is from the measured one, with its uncertainty.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            By default those of a new figure.
+        """
+        ax = axes_or_new(ax)
+        known = np.where(np.isfinite(self.uncertainty), self.uncertainty, 0.0)
+        ax.errorbar(self.modes, 100 * self.residuals, 100 * known, fmt="o", capsize=4)
+        ax.axhline(0, color="0.4", lw=0.8)
+        ax.set_xticks(self.modes)
+        ax.set_xlabel("mode")
+        ax.set_ylabel("fitted over measured frequency, minus one (%)")
+        return ax
 
     def _remarks(self) -> list[str]:
         remarks = []

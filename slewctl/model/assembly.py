@@ -17,6 +17,7 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from slewctl._show import Described
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis
@@ -110,6 +111,7 @@ class Factors:
     quadrature_error: float = field(default=UNIT_ROUNDOFF)
 
 
+@single_threaded
 def assemble(arm: Arm, basis: Basis | str, n: int | None = None) -> Model:
     """Return the model of `arm` discretised by `basis`.
 

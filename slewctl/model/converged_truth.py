@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis, Combined
@@ -51,6 +52,7 @@ class Truth(Model):
         )
 
 
+@single_threaded
 def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     """Return the converged model of `arm` with its first `modes` flexible modes.
 

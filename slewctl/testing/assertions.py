@@ -60,7 +60,9 @@ def assert_margins(
 
     Examples
     --------
-    >>> assert_margins(loop, gain_margin_db=6, phase_margin_deg=30)  # doctest: +SKIP
+    >>> import control
+    >>> loop = control.tf([1], [1, 1, 0])  # L, closed by negative feedback
+    >>> assert_margins(loop, gain_margin_db=6, phase_margin_deg=30)
     """
     __tracebackhide__ = True
     limits = {

@@ -59,7 +59,7 @@ def test_every_fault_of_a_first_file_is_told_at_once(tmp_path: Path) -> None:
     assert faults == {
         "title": 1, "arm.catalogue": 3, "arm.damping_ratio": 4, "arm.hub.inerta": 5, "arm.motor.R": 6, "arm.motor.resistance": 6, "model": 1,
         "controller.method": 8, "controller.limits": 9, "controller.noise.theta": 10, "slew.angle_deg": 12, "truth.mode": 15,
-        "requirements": 16, "requirements.disk_margin": 18, "variations.heavy.payload_mas": 20,
+        "requirements.gain_margin": 17, "requirements.disk_margin": 18, "variations.heavy.payload_mas": 20,
         "variations.heavy.mass_factor": 21, "tests": 22,
     }  # fmt: skip
     assert list(faults.values()) == sorted(faults.values())
@@ -72,7 +72,7 @@ def test_what_lies_behind_the_types_is_told_at_once_too(tmp_path: Path) -> None:
     faults = told(written(tmp_path, text))
     assert faults.keys() == {
         "title", "arm.catalogue", "arm.damping_ratio", "controller.method", "controller.limits",
-        "controller.noise", "slew.angle_deg", "truth.modes", "requirements",
+        "controller.noise", "slew.angle_deg", "truth.modes", "requirements.gain_margin",
         "requirements.disk_margin", "variations.heavy.payload_mas",
         "variations.heavy.mass_factor", "tests", "model.basis", "compare.bases",
     }  # fmt: skip

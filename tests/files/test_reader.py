@@ -82,7 +82,7 @@ REFUSALS = [
     ("tip = 0.1", "tipp = 0.1", "limits: unknown name 'tipp'; did you mean 'tip'"),
     ("tip = 0.1", "tip = 0", "controller.limits.tip: 0 is not allowed"),
     ("theta = 1e-3", "tip_dott = 1e-3", "noise: unknown name 'tip_dott'; did you mean 'tip_dot'"),
-    ("gain_margin_db", "gain_margin", "requirements: unknown name 'gain_margin'"),
+    ("gain_margin_db", "gain_margin", "requirements.gain_margin: unknown requirement"),
     ("gain_margin_db = 6", 'gain_margin_db = "6"', "requirements.gain_margin_db"),
     ("stable = true", "stable = false", "requirements.stable: False cannot be required"),
     ("[slew]\nangle_deg = 30\nduration_s = 2\n[requirements]", "[requirements]\ntorque_peak_max = 1", "slew: missing; add it"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,7 @@ from quick_design import QUICK
 from slewctl import Hub, assemble, close, generalised_plant, lqg, truth
 from slewctl.arm import vary
 from slewctl.basis import create
-from slewctl.check import NOMINAL, accept
+from slewctl.check import NOMINAL, accept, to_annotations
 from slewctl.check.baseline import Baseline
 from slewctl.compare import Judge
 from slewctl.errors import DesignError
@@ -186,3 +187,36 @@ def test_one_design_under_two_names_is_judged_once(tmp_path: Path) -> None:
     path = written(tmp_path, "x.toml", "[arm")
     (tmp_path / "y.toml").symlink_to(path)
     assert len(check_designs([tmp_path])) == 1
+
+
+def test_every_fault_of_a_file_is_an_annotation_at_its_own_line(tmp_path: Path) -> None:
+    path = tmp_path / "faults.toml"
+    path.write_text(
+        '[arm]\ncatalogue = "paper-beam"\ndamping_ratio = 0.005\n[model]\nbasis = "slewing"\n'
+        'n = 1\n[controller]\nmethod = "lqg"\nlimits = { tip = 0.1, torque = 1.0 }\n'
+        "noise = { torque = 0.1, theta = 0.01 }\n[requirements]\ngain_margin = 6\n"
+        '"phase.margin" = 3\nrequirements = 1\n[variations.a]\npayload_mas = 1\n',
+        encoding="utf-8",
+    )
+    (result,) = check_designs([path])
+    lines = [fault.line for fault in result.faults]
+    assert lines == [12, 13, 14, 16]
+    annotations = to_annotations([result], tmp_path)
+    assert [int(re.findall(r"line=(\d+)", text)[0]) for text in annotations] == lines
+    assert all(text.startswith("::error file=faults.toml,") for text in annotations)
+
+
+def test_what_nobody_reads_is_not_looked_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of thousands of faults twenty are told, and only for those a name is suggested."""
+    asked: list[str] = []
+    monkeypatch.setattr(
+        "slewctl.errors.get_close_matches", lambda word, *_, **__: asked.append(word) or []
+    )
+    path = tmp_path / "many.toml"
+    path.write_text("[requirements]\n" + "".join(f"key{k} = {k}\n" for k in range(3000)))
+    (result,) = check_designs([path])
+    assert len(result.faults) == 20
+    assert "more faults" in result.error
+    assert len(asked) <= 40

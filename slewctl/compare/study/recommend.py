@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
+from slewctl._threads import single_threaded
 from slewctl.arm import Arm
 from slewctl.basis import NAMES
 from slewctl.breakdown import computing
@@ -146,6 +147,7 @@ def count_trials() -> int:
     return len(NAMES) * len(ORDERS) * len(BANDWIDTHS)
 
 
+@single_threaded
 def recommend(
     arm: Arm,
     sensors: Sequence[str] = ("theta", "theta_dot"),

@@ -22,12 +22,10 @@ from concurrent.futures import (
 )
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-from threadpoolctl import ThreadpoolController
-
+from slewctl._threads import one_thread
 from slewctl.compare.study.processes import Processes
 from slewctl.compare.study.results_file import Notice, Row, results_file
 from slewctl.compare.study.versions import difference, versions
@@ -144,14 +142,8 @@ def _limited(function: Work, work: Any, wanted: Mapping[str, str]) -> Sequence[R
             where="executor",
             remedy="install the same versions there: digits depend on them",
         )
-    with _threads().limit(limits=1):
+    with one_thread():
         return function(work)
-
-
-@cache
-def _threads() -> ThreadpoolController:
-    """Return the libraries with threads of this process; to look for them takes a while."""
-    return ThreadpoolController()
 
 
 def _run(

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._show import Described
+from slewctl._show import Axes, Described, axes_or_new
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_positive, shown
 from slewctl.loop.motion.gauss_collocation import GaussCollocation, Step, gauss_nodes
@@ -64,12 +65,27 @@ class Swing(Described):
             f"{np.abs(self.tip_deflection).max():.3g} m, energy kept to {self.energy_error:.0e}"
         )
 
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the deflection of the tip over time.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            By default those of a new figure.
+        """
+        ax = axes_or_new(ax)
+        ax.plot(self.t, self.tip_deflection)
+        ax.set_xlabel("time (s)")
+        ax.set_ylabel("tip deflection (m)")
+        return ax
+
     @property
     def states(self) -> Array:
         """[θ, q, θ̇, q̇] at each time, shape (N, 2(n+1))."""
         return np.column_stack([self.theta, self.q, self.theta_dot, self.q_dot])
 
 
+@single_threaded
 def simulate_swing(
     equations: NonlinearModel,
     t: Array,

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from slewctl._show import Axes, DataFrame, Described, axes_or_new, to_frame
+from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.errors import AccuracyError, check_count
+from slewctl.errors import AccuracyError, check_choice, check_count
 from slewctl.loop.closed import Loop
 from slewctl.loop.motion.continuous_motion import ContinuousMotion
 from slewctl.loop.motion.extremes import Search, SlewMotion, Sought
@@ -99,23 +100,40 @@ class SlewResponse(Described):
         columns = [getattr(self, name).tolist() for name in names]
         return to_frame([dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)])
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the tip and where it should be.
+    def plot(self, what: str = "tip", ax: Axes | None = None) -> Axes:
+        """Draw one curve over time.
 
         Parameters
         ----------
+        what : {"tip", "error", "torque", "actuator"}
+            The tip and where it should be, in m; the difference; the torque on the hub in
+            N·m; what the controller commands, in N·m or V.
         ax : matplotlib Axes, optional
             By default those of a new figure.
+
+        Raises
+        ------
+        InputError
+            For another curve.
         """
+        curves = {
+            "tip": (self.tip, "tip (m)"),
+            "error": (self.tip - self.tip_reference, "tip error (m)"),
+            "torque": (self.torque, "torque on the hub (N·m)"),
+            "actuator": (self.actuator, "actuator (N·m or V)"),
+        }
+        values, label = curves[check_choice(what, curves, "what")]
         ax = axes_or_new(ax)
-        ax.plot(self.t, self.tip_reference, lw=4, alpha=0.4, label="wanted")
-        ax.plot(self.t, self.tip, label="tip")
+        if what == "tip":
+            ax.plot(self.t, self.tip_reference, lw=4, alpha=0.4, label="wanted")
+        ax.plot(self.t, values, label=what)
         ax.set_xlabel("time (s)")
-        ax.set_ylabel("tip (m)")
+        ax.set_ylabel(label)
         ax.legend()
         return ax
 
 
+@single_threaded
 def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     """Return the response of a stable loop to `slew`.
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slewctl._threads import single_threaded
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_number
 from slewctl.loop.closed import UnstableLoopError
@@ -116,6 +117,7 @@ class MultiloopMargins:
     disk: MultiloopDisk
 
 
+@single_threaded
 def multiloop_margins(
     loop: System, skew: float = 0.0, *, sign: int | None = None
 ) -> MultiloopMargins:

@@ -19,6 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
+from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, InputError, check_positive
@@ -79,6 +80,7 @@ class GeneralisedMargin:
     stable: bool
 
 
+@single_threaded
 def nu_gap(
     first: Plant,
     second: Plant,

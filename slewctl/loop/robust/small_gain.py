@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import schur, solve_sylvester
 
+from slewctl._threads import single_threaded
 from slewctl._types import ComplexArray
 from slewctl.errors import AccuracyError, InputError, shown
 from slewctl.loop.closed import Loop, UnstableLoopError
@@ -122,6 +123,7 @@ class Spillover:
         return max(self.modes, key=lambda mode: mode.gain)
 
 
+@single_threaded
 def small_gain(loop: Loop, design: Model) -> SmallGain:
     """Return the small-gain test of a loop on the truth, seen from its design model.
 

@@ -1,0 +1,38 @@
+"""How the guide is built; nothing in it needs a network to be read."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "_ext"))
+
+import slewctl
+
+project = "slewctl"
+author = "The slewctl developers"
+release = slewctl.__version__
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "numpydoc",
+    "myst_parser",
+    "mathml",
+    "registries",
+]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+exclude_patterns = ["_build", "_ext"]
+myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_heading_anchors = 2
+autosummary_generate = True
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+suppress_warnings = ["config.cache"]
+html_theme = "pydata_sphinx_theme"
+html_title = f"slewctl {release}"
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {
+    "navbar_align": "left",
+    "navbar_end": ["theme-switcher"],
+    "footer_end": [],
+    "show_prev_next": True,
+}
