@@ -64,8 +64,9 @@ def test_the_files_themselves_are_judged(name: str) -> None:
     assert run.status in (0, 1)
 
 
+@pytest.mark.slow
 @given(quick)
-@fuzz(200)
+@fuzz(60)
 def test_check_bears_any_file(text: str) -> None:
     stands("check", text)
 

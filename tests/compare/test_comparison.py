@@ -20,7 +20,7 @@ from slewctl.compare import (
 )
 
 # Two comparisons, each made once for all.
-pytestmark = pytest.mark.xdist_group("comparison")
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("comparison")]
 OBJECTIVE = Objective(
     {"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "theta": 1e-3, "theta_dot": 1e-2}
 )

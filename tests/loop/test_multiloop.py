@@ -95,7 +95,7 @@ def test_satellite_in_closed_form(a: float, skew: float) -> None:
     assert_sound(disk)
 
 
-@pytest.mark.parametrize("loop", list(stable_multiloops(1, 12)))
+@pytest.mark.parametrize("loop", list(stable_multiloops(1, 6)))
 def test_two_loops_against_a_grid_refined_at_every_pole(loop: control.StateSpace) -> None:
     found, truth = multiloop_disk_margin(loop), 1 / brute_force_mu(loop)
     assert_sound(found)
@@ -111,7 +111,7 @@ def test_two_loops_against_a_grid_refined_at_every_pole(loop: control.StateSpace
 @pytest.mark.slow
 @pytest.mark.parametrize("skew", [0.0, 0.6])
 def test_many_two_loops_against_a_refined_grid(skew: float) -> None:
-    for loop in stable_multiloops(7, 12, modes=(2, 16)):
+    for loop in stable_multiloops(7, 6, modes=(2, 16)):
         found, truth = multiloop_disk_margin(loop, skew), 1 / brute_force_mu(loop, skew)
         assert found.gap < BRACKET
         assert found.on_axis < 1e-6
@@ -122,7 +122,7 @@ def test_many_two_loops_against_a_refined_grid(skew: float) -> None:
 @pytest.mark.parametrize("channels", [3, 4])
 def test_three_and_four_loops_are_enclosed(channels: int) -> None:
     """Three scalars have an exact upper bound; for four the random examples happen to."""
-    for loop in stable_multiloops(3, 4, channels, modes=(2, 6)):
+    for loop in stable_multiloops(3, 2, channels, modes=(2, 6)):
         assert_sound(multiloop_disk_margin(loop))
 
 
