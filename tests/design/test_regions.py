@@ -11,7 +11,8 @@ from strategies import deterministic
 
 from slewctl import Controller, DesignError, InputError, lqg
 from slewctl.design.lmi.blocks import largest
-from slewctl.design.lmi.h2_region import Region, h2_region
+from slewctl.design.lmi.h2_region import h2_region
+from slewctl.design.lmi.region import Region
 from slewctl.design.lmi.separation_principle import innovations
 from slewctl.design.lmi.state_feedback import Dynamics, Regulator, covariance, solve_regulator
 
@@ -96,6 +97,16 @@ def test_tightening_never_lowers_the_promised_cost(wishes: list[dict[str, float]
                 options[prefix + key] = value
             costs.append(guarantee(h2_region(problem, **options), "H2 cost")[0])
         assert np.all(np.diff(costs) >= -1e-6 * np.array(costs[1:]))
+
+
+@pytest.mark.parametrize("value", [0.028, 0.043, 0.06, 0.097])
+def test_a_wish_that_is_kept_anyway_does_not_stop_the_solver(value: float) -> None:
+    """A radius of 1e6 rad/s binds nothing: the same gain as without it."""
+    alone = h2_region(plant(2), observer_decay_rate_min=value * OMEGA)
+    beside = h2_region(
+        plant(2), observer_decay_rate_min=value * OMEGA, radius_max=1e6, observer_radius_max=1e6
+    )
+    assert beside.h2_cost == pytest.approx(alone.h2_cost, rel=1e-9)
 
 
 def test_units_do_not_matter() -> None:

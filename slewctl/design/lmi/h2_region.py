@@ -24,13 +24,13 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.design.achieved import closed_cost
 from slewctl.design.breakdown import guarded
-from slewctl.design.lmi.blocks import Block, largest
+from slewctl.design.lmi.blocks import largest
+from slewctl.design.lmi.region import Region
 from slewctl.design.lmi.separation_principle import Half, Innovations, innovations
 from slewctl.design.lmi.state_feedback import (
     Disturbance,
     Feedback,
     Regulator,
-    Unknowns,
     solve_regulator,
 )
 from slewctl.design.observer import observer_feedback
@@ -44,78 +44,6 @@ from slewctl.errors import (
 from slewctl.plant import GeneralisedPlant, check_plant
 
 _COARSE = 1e-5
-
-# A damping sector of a smaller ratio is the half plane to the solver's precision; what was
-# promised is recomputed from the poles all the same.
-_NO_SECTOR = 1e-6
-
-
-@dataclass(frozen=True)
-class Region:
-    """Where poles are wanted: Re s ≤ −decay, damping ratio ≥ damping, |s| ≤ radius.
-
-    Parameters
-    ----------
-    decay : float
-        In 1/s; 0 for none.
-    damping : float
-        ζ in [0, 1); 0 for none.
-    radius : float
-        In rad/s; infinite for none.
-    """
-
-    decay: float = 0.0
-    damping: float = 0.0
-    radius: float = math.inf
-
-    def scaled(self, rate: float) -> Region:
-        """Return the region in time units of 1/rate."""
-        return Region(self.decay / rate, self.damping, self.radius / rate)
-
-    def holds(self, poles: ComplexArray) -> bool:
-        """Whether all poles are stable and within, to a relative 1e-6."""
-        return bool(poles.real.max() < 0) and all(g.check.passed for g in self.promises(poles))
-
-    def promises(self, poles: ComplexArray, of: str = "") -> list[Guarantee]:
-        """Return what the region asks for beside what the poles achieve."""
-        slowest = -float(poles.real.max())
-        least = float((-poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)).min())
-        wishes = []
-        if self.decay > 0:
-            wishes.append(Guarantee(f"decay rate{of}", self.decay, slowest, "at least", "1/s"))
-        if self.damping > 0:
-            wishes.append(Guarantee(f"damping ratio{of}", self.damping, least, "at least"))
-        if math.isfinite(self.radius):
-            farthest = float(np.abs(poles).max())
-            wishes.append(Guarantee(f"radius{of}", self.radius, farthest, "at most", "rad/s"))
-        return wishes
-
-    def blocks(self, unknowns: Unknowns) -> list[Block]:
-        """Return the region's matrix inequalities, for every vertex of the dynamics."""
-        found = []
-        for i in range(len(unknowns.dynamics)):
-            found += self._vertex_blocks(unknowns.moved(i), unknowns.P)
-        return found
-
-    def _vertex_blocks(self, M: Array, P: Array) -> list[Block]:
-        import cvxpy as cp  # only those who synthesise by matrix inequalities wait for it
-
-        blocks = []
-        if self.decay > 0:
-            blocks.append(Block("decay rate", -(M + M.T + 2 * self.decay * P)))
-        if self.damping > _NO_SECTOR:
-            # T between the symmetric and the skew part: every eigenvalue of the sector's own
-            # block is double, on which the solver stalls; these two say the same.
-            slope = math.sqrt(1 - self.damping**2) / self.damping
-            H, S = slope * (M + M.T), M - M.T
-            T = cp.Variable(P.shape, symmetric=True)
-            blocks.append(Block("damping, skew part", cp.bmat([[T, S], [S.T, T]])))
-            blocks.append(Block("damping, symmetric part", -(H + T)))
-            blocks.append(Block("damping ratio", -cp.bmat([[H, S], [S.T, H]]), imposed=False))
-        if math.isfinite(self.radius):
-            edge = cp.bmat([[P, M / self.radius], [M.T / self.radius, P]])
-            blocks.append(Block("radius", edge))
-        return blocks
 
 
 @guarded
@@ -236,14 +164,22 @@ class _Placed:
 
 
 def _placed(half: Half, wish: Region, rate: float, prefix: str) -> _Placed:
-    """Return the half's best gain with its poles in the region, or raise what is possible."""
-    region = wish.scaled(rate)
-    if region.holds(_poles(half, half.optimal)):
-        return _Placed(half, half.optimal, Feedback())
-    found = _solve(half, region)
-    if found.K is None or not region.holds(_poles(half, found.K)):
-        raise _impossible(half, wish, rate, prefix, found.status)
-    return _Placed(half, found.K, found)
+    """Return the half's best gain with its poles in the region, or raise what is possible.
+
+    Only wishes that the best gain without them breaks are imposed: one that is kept anyway
+    costs optimality, by the Lyapunov matrix that all share, and may stop the solver.
+    """
+    region, asked = wish.scaled(rate), Region()
+    gain, found = half.optimal, Feedback()
+    while not region.holds(poles := _poles(half, gain)):
+        wider = asked.and_also(region.broken(poles))
+        if wider == asked:
+            raise _impossible(half, wish, rate, prefix, found.status)
+        asked, found = wider, _solve(half, wider)
+        if found.K is None:
+            raise _impossible(half, wish, rate, prefix, found.status)
+        gain = found.K
+    return _Placed(half, gain, found)
 
 
 def _poles(half: Half, gain: Array) -> ComplexArray:

@@ -27,8 +27,8 @@ from slewctl._types import Array
 from slewctl.design.achieved import closed_cost
 from slewctl.design.breakdown import guarded
 from slewctl.design.lmi.blocks import largest
-from slewctl.design.lmi.h2_region import Region
 from slewctl.design.lmi.payload_loop import Worst, best_observer, changed_plant
+from slewctl.design.lmi.region import Region
 from slewctl.design.lmi.separation_principle import Innovations, innovations
 from slewctl.design.lmi.state_feedback import Dynamics, Feedback, Regulator, solve_regulator
 from slewctl.design.observer import observer_feedback
