@@ -55,18 +55,36 @@ def _steps(whole: np.ndarray, start: np.ndarray, span: float, count: int) -> np.
     return states[:, : count + 1]
 
 
-def _continuous(loop: Loop, slew: Slew, end: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+def tip_error(loop: Loop, slew: Slew, t: float) -> float:
+    """Return how far the tip of a continuous loop is beyond its travel at one time, in m."""
+    moving, resting, seen, held = _equations(loop, slew)
+    T, n = slew.duration_s, len(resting) - 1
+    state = expm(moving * min(t, T)) @ np.eye(n + 6)[n]
+    found = seen @ state
+    if t > T:
+        found = held @ (expm(resting * (t - T)) @ np.append(state[:n], 1.0))
+    reach = loop.model.arm.hub.radius + loop.model.arm.beam.length
+    return float((signals(loop) @ found)[1] - reach * np.radians(slew.angle_deg))
+
+
+def _equations(loop: Loop, slew: Slew) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return ẋ = A x of loop and reference while it turns and at rest, and both outputs."""
     system, T = tracking_system(loop), slew.duration_s
     A, B, C, D = (np.asarray(getattr(system, name)) for name in "ABCD")
     turn, held = told(loop) @ slew.coefficients, told(loop)[:, :1] * np.radians(slew.angle_deg)
     n, powers = len(A), np.diag(np.arange(1.0, 6.0), -1) / T  # of s = t/T: each from the last
     moving = np.block([[A, B @ turn], [np.zeros((6, n)), powers]])
-    first = _steps(moving, np.eye(n + 6)[n], T, max(int(steps * T / end), 200))
     resting = np.block([[A, B @ held], [np.zeros((1, n + 1))]])
+    return moving, resting, np.hstack([C, D @ turn]), np.hstack([C, D @ held])
+
+
+def _continuous(loop: Loop, slew: Slew, end: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    moving, resting, seen, held = _equations(loop, slew)
+    T, n = slew.duration_s, len(resting) - 1
+    first = _steps(moving, np.eye(n + 6)[n], T, max(int(steps * T / end), 200))
     last = _steps(resting, np.append(first[:n, -1], 1.0), end - T, steps)
     t = np.concatenate([np.linspace(0, T, first.shape[1]), np.linspace(T, end, last.shape[1])])
-    found = np.hstack([np.hstack([C, D @ turn]) @ first, np.hstack([C, D @ held]) @ last])
-    return t, signals(loop) @ found
+    return t, signals(loop) @ np.hstack([seen @ first, held @ last])
 
 
 def _sampled(
