@@ -33,6 +33,8 @@ from slewctl import (
 from slewctl.arm import Motor
 from slewctl.compare.design_basis import design_model
 from slewctl.compare.study.grid import Setting, arm_of, objective_of, slew_of
+from slewctl.compare.design_basis import design_model
+from slewctl.compare.study.grid import Setting, arm_of, objective_of, slew_of
 from slewctl.errors import AccuracyError, InputError
 from slewctl.loop import SlewSummary
 from slewctl.loop.motion.continuous_motion import tracking_system
@@ -88,6 +90,15 @@ def assert_on_the_edge(loop: Loop, slew: Slew) -> None:
     band = 0.02 * reach * abs(np.radians(slew.angle_deg))
     before, after = (abs(tip_error(loop, slew, settled * (1 + d))) for d in (-1e-6, 1e-6))
     assert after < band < before
+
+
+def assert_zoomed(loop: Loop, slew: Slew, end: float, steps: int) -> None:
+    """All figures agree to seven digits, or eight of the travel."""
+    claimed, seen = summary(loop, slew), zoomed(loop, slew, end, steps)
+    assert claimed.settling_time_s == pytest.approx(seen.settling, rel=1e-7)
+    assert claimed.peak_torque == pytest.approx(seen.torque, rel=1e-7)
+    assert claimed.residual_m == pytest.approx(seen.residual, rel=1e-7)
+    assert claimed.overshoot == pytest.approx(seen.overshoot, rel=1e-7, abs=1e-9)
 
 
 def test_peak_torque_and_settling_of_the_papers_beam() -> None:
