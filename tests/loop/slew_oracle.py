@@ -6,6 +6,7 @@ found at the steps is reached, so that no supremum can be smaller.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,18 +56,86 @@ def _steps(whole: np.ndarray, start: np.ndarray, span: float, count: int) -> np.
     return states[:, : count + 1]
 
 
-def _continuous(loop: Loop, slew: Slew, end: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+def tip_error(loop: Loop, slew: Slew, t: float) -> float:
+    """Return how far the tip of a continuous loop is beyond its travel at one time, in m."""
+    moving, resting, seen, held = _equations(loop, slew)
+    T, n = slew.duration_s, len(resting) - 1
+    state = expm(moving * min(t, T)) @ np.eye(n + 6)[n]
+    found = seen @ state
+    if t > T:
+        found = held @ (expm(resting * (t - T)) @ np.append(state[:n], 1.0))
+    reach = loop.model.arm.hub.radius + loop.model.arm.beam.length
+    return float((signals(loop) @ found)[1] - reach * np.radians(slew.angle_deg))
+
+
+def _equations(loop: Loop, slew: Slew) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return ẋ = A x of loop and reference while it turns and at rest, and both outputs."""
     system, T = tracking_system(loop), slew.duration_s
     A, B, C, D = (np.asarray(getattr(system, name)) for name in "ABCD")
     turn, held = told(loop) @ slew.coefficients, told(loop)[:, :1] * np.radians(slew.angle_deg)
     n, powers = len(A), np.diag(np.arange(1.0, 6.0), -1) / T  # of s = t/T: each from the last
     moving = np.block([[A, B @ turn], [np.zeros((6, n)), powers]])
-    first = _steps(moving, np.eye(n + 6)[n], T, max(int(steps * T / end), 200))
+    resting = np.block([[A, B @ held], [np.zeros((1, n + 1))]])
+    return moving, resting, np.hstack([C, D @ turn]), np.hstack([C, D @ held])
+
+
+Piece = tuple[np.ndarray, np.ndarray, np.ndarray, float, float]
+
+
+def _pieces(loop: Loop, slew: Slew, end: float, steps: int) -> list[Piece]:
+    """Return matrix, signals, states at equal steps, start and step: of the slew, and after it."""
+    system, T = tracking_system(loop), slew.duration_s
+    A, B, C, D = (np.asarray(getattr(system, name)) for name in "ABCD")
+    turn, held = told(loop) @ slew.coefficients, told(loop)[:, :1] * np.radians(slew.angle_deg)
+    n, powers = len(A), np.diag(np.arange(1.0, 6.0), -1) / T  # of s = t/T: each from the last
+    moving = np.block([[A, B @ turn], [np.zeros((6, n)), powers]])
+    count = max(int(steps * T / end), 200)
+    first = _steps(moving, np.eye(n + 6)[n], T, count)
     resting = np.block([[A, B @ held], [np.zeros((1, n + 1))]])
     last = _steps(resting, np.append(first[:n, -1], 1.0), end - T, steps)
-    t = np.concatenate([np.linspace(0, T, first.shape[1]), np.linspace(T, end, last.shape[1])])
-    found = np.hstack([np.hstack([C, D @ turn]) @ first, np.hstack([C, D @ held]) @ last])
-    return t, signals(loop) @ found
+    rows = signals(loop)
+    return [
+        (moving, rows @ np.hstack([C, D @ turn]), first, 0.0, T / count),
+        (resting, rows @ np.hstack([C, D @ held]), last, T, (end - T) / steps),
+    ]
+
+
+def _continuous(loop: Loop, slew: Slew, end: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    pieces = _pieces(loop, slew, end, steps)
+    times = [start + h * np.arange(states.shape[1]) for _, _, states, start, h in pieces]
+    return np.concatenate(times), np.hstack([rows @ states for _, rows, states, _, _ in pieces])
+
+
+def zoomed(loop: Loop, slew: Slew, end: float, steps: int) -> Walked:
+    """Return the figures of a continuous slew, the steps around each of them cut again."""
+    pieces = _pieces(loop, slew, end, steps)
+    travel = (loop.model.arm.hub.radius + loop.model.arm.beam.length) * np.radians(slew.angle_deg)
+    level = 0.02 * abs(travel) * (1 + 1e-9)
+
+    def highest(read: Callable[[np.ndarray], np.ndarray], among: list[Piece]) -> float:
+        found = []
+        for whole, rows, states, _, h in among:
+            near = max(int(np.argmax(read(rows @ states))) - 1, 0)
+            found.append(read(rows @ _steps(whole, states[:, near], 2 * h, 2000)).max())
+        return float(max(found))
+
+    for whole, rows, walked_, start, h in reversed(pieces):
+        states, settling = walked_, start
+        for _ in range(3):
+            outside = np.flatnonzero(np.abs((rows @ states)[1] - travel) > level)
+            if not len(outside):
+                break
+            settling, state = settling + h * outside[-1], states[:, outside[-1]]
+            states, h = _steps(whole, state, h, 1000), h / 1000
+        else:
+            break
+    return Walked(
+        settling,
+        highest(lambda seen: np.abs(seen[1] - travel), pieces[1:]),
+        highest(lambda seen: np.maximum((seen[1] - travel) / travel, 0), pieces),
+        highest(lambda seen: np.abs(seen[3]), pieces),
+        highest(lambda seen: np.abs(seen[4]), pieces) if len(pieces[0][1]) > 4 else None,
+    )
 
 
 def _sampled(

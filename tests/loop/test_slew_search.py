@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.linalg import expm
+from scipy.linalg import block_diag, expm
 from scipy.optimize import brentq
 from strategies import deterministic
 
@@ -113,6 +113,79 @@ def test_poles_that_nearly_coincide(apart: float) -> None:
     level = 0.02 * seen.max()
     last = np.flatnonzero(seen > level)[-1] * h
     assert last * (1 - 1e-9) <= last_outside(free, level) <= last + 2 * h
+
+
+def chained(
+    rng: np.random.Generator, modes: int, copies: int, apart: float, decades: float
+) -> np.ndarray:
+    """Chains of like oscillators that drive each other, in coordinates at random."""
+    parts = []
+    for omega in 10 ** rng.uniform(0, decades, modes):
+        part = np.zeros((2 * copies, 2 * copies))
+        for k in range(copies):
+            w, own = omega * (1 + apart * k), slice(2 * k, 2 * k + 2)
+            part[own, own] = [[0, w], [-w, -0.02 * w]]
+            part[2 * k : 2 * k + 2, 2 * k + 2 : 2 * k + 4] = (
+                0.05
+                * omega
+                * rng.standard_normal(part[2 * k : 2 * k + 2, 2 * k + 2 : 2 * k + 4].shape)
+            )
+        parts.append(part)
+    n = 2 * copies * modes
+    back, there = (np.linalg.qr(rng.standard_normal((n, n)))[0] for _ in range(2))
+    mixed = back * np.exp(rng.uniform(-1, 1, n)) @ there
+    return np.asarray(mixed @ block_diag(*parts) @ np.linalg.inv(mixed))
+
+
+def assert_walked(A: np.ndarray, rng: np.random.Generator) -> None:
+    """Peak and last crossing agree with steps of the whole, cut again where they are found."""
+    n, rates = len(A), np.linalg.eigvals(A)
+    C, start = rng.standard_normal(n), rng.standard_normal(n)
+    free = Free(A, C, start)
+    peak, end = highest(free), 30 / np.abs(rates.real).min()
+    h = min(0.05 / np.abs(rates).max(), end / 1000)
+    step, states = expm(A * h), start[:, None]
+    while states.shape[1] < min(end / h, 200_000):
+        states, step = np.hstack([states, step @ states]), step @ step
+    seen = np.abs(C @ states)
+
+    def again(first: int, wide: int) -> np.ndarray:
+        """The signal in 2,000 steps from a step on."""
+        fine, found = expm(A * (h * wide / 2000)), states[:, [first]]
+        powers = [fine]
+        while found.shape[1] <= 2000:
+            found = np.hstack([found, powers[-1] @ found])
+            powers.append(powers[-1] @ powers[-1])
+        return np.abs(C @ found)
+
+    top = max(int(seen.argmax()) - 1, 0)
+    assert peak == pytest.approx(again(top, 2).max(), rel=1e-6)
+    level = max(0.02 * peak, 1.5 * seen[-len(seen) // 20 :].max())
+    last = int(np.flatnonzero(seen > level)[-1])
+    crossing = np.flatnonzero(again(last, 1) > level)[-1] / 2000
+    assert last_outside(free, level) == pytest.approx((last + crossing) * h, rel=1e-6)
+
+
+APART = st.one_of(st.just(0.0), st.floats(-13, -1).map(lambda x: 10.0**x))
+
+
+@given(st.integers(0, 2**32), st.integers(1, 3), st.integers(2, 4), APART)
+@deterministic(8)
+def test_chains_of_modes_that_are_not_told_apart(
+    seed: int, modes: int, copies: int, apart: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    assert_walked(chained(rng, modes, copies, apart, 1.0), rng)
+
+
+@pytest.mark.slow
+@given(st.integers(0, 2**32), st.integers(1, 8), st.integers(2, 4), APART, st.floats(0, 3))
+@deterministic(60)
+def test_many_chains_of_modes_over_decades(
+    seed: int, modes: int, copies: int, apart: float, decades: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    assert_walked(chained(rng, modes, copies, apart, decades), rng)
 
 
 def test_a_fast_mode_beside_one_that_is_eight_decades_slower() -> None:

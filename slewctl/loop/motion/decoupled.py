@@ -8,8 +8,9 @@ lost to large terms of opposite sign.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from scipy.linalg import eig, schur, solve_sylvester
@@ -19,13 +20,22 @@ from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError
 from slewctl.numerics.balance import balance
 
-# Largest condition number of an eigenvalue that stands alone, and of a block.
-_ALONE = 1e4
-# The parts add up to the whole to this, in balanced coordinates.
-_COMPLETE = 1e-8
+# Largest condition numbers of an eigenvalue that stands alone: if too much is lost with one
+# of them the next is tried.
+_ALONE = (1e4, 1e2, 1e1)
+# Largest condition number of a block.
+_WORST = 1e4
+# So much of the motion may be lost in rounding, in balanced coordinates.
+_LOST = 1e-6
 # Eigenvalues are put together that are nearer to each other than this, relative to their
 # own size, or than its square, relative to the largest.
 _NEARNESS = (1e-8, 1e-6, 1e-4, 1e-2, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0)
+
+
+# The matrix of a part, and the way from it to the states.
+Part = tuple[ComplexArray, ComplexArray]
+# From eigenvalues to times.
+Lasting = Callable[[ComplexArray], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +53,6 @@ class Block:
     T: ComplexArray
     right: ComplexArray
     left: ComplexArray
-
-    @property
-    def worst(self) -> float:
-        """How much the part may exceed the states that it is of: its condition number."""
-        return float(np.linalg.norm(self.left, 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,35 +75,37 @@ class Decoupled:
     blocks: tuple[Block, ...]
 
 
-def decoupled(A: Array) -> Decoupled:
+def decoupled(A: Array, lasting: Lasting | None = None) -> Decoupled:
     """Take a real matrix apart.
+
+    The way from the states to the parts is the inverse of the way back: left eigenvectors
+    that are found for themselves do not match where eigenvalues are near to each other, even
+    if these are as well conditioned as those of a normal matrix.
 
     Parameters
     ----------
     A : ndarray, shape (n, n)
+    lasting : callable, optional
+        From eigenvalues to how long their parts matter; by default 1/|real part|.
 
     Raises
     ------
     AccuracyError
-        If its parts cannot be told apart to eight digits.
+        If rounding hides more than 1e-6 of the motion of the parts.
     """
     scale = balance(A)
     balanced = A / scale[:, None] * scale
     values, left, right = eig(balanced, left=True)  # type: ignore[misc]
-    meeting = (left.conj() * right).sum(axis=0)
-    alone = np.abs(meeting) > 1 / _ALONE
-    left = (left.conj() / np.where(alone, meeting, 1)).T
-    right = right * np.where(values.imag > 0, 2.0, 1.0)
-    for free, blocks in _parted(balanced, values, alone):
-        kept = free & (values.imag >= 0)
-        whole = (right[:, kept] @ left[kept]).real + sum((b.right @ b.left).real for b in blocks)
-        if np.abs(whole - np.eye(len(A))).max() < _COMPLETE:
-            return Decoupled(
-                values[kept],
-                scale[:, None] * right[:, kept],
-                left[kept] / scale,
-                tuple(Block(b.T, scale[:, None] * b.right, b.left / scale) for b in blocks),
-            )
+    meeting = np.abs((left.conj() * right).sum(axis=0))
+    for limit in _ALONE:
+        # Larger blocks only when no more can be taken out of those that stand alone.
+        tried = None if limit == _ALONE[-1] else 1
+        for free, blocks in islice(_parted(balanced, values, meeting > 1 / limit), tried):
+            parts = [(np.diag(values[free]), right[:, free]), *blocks]
+            back = np.hstack([columns for _, columns in parts])
+            there = np.linalg.inv(back)
+            if _lost(balanced, parts, there, lasting or _damped) < _LOST:
+                return _scaled(parts, there, scale)
     raise AccuracyError(
         "the modes of the loop cannot be told apart to working precision",
         where="slew",
@@ -106,14 +113,51 @@ def decoupled(A: Array) -> Decoupled:
     )
 
 
+def _damped(values: ComplexArray) -> Array:
+    """Return how long the parts of eigenvalues last."""
+    return np.asarray(1 / np.maximum(np.abs(values.real), np.finfo(float).tiny))
+
+
+def _lost(A: Array, parts: list[Part], there: ComplexArray, lasting: Lasting) -> float:
+    """Estimate the part of the motion that is not that of the parts.
+
+    What A does beyond the parts acts for as long as the shorter-lived of two of them lasts,
+    or until they are out of step.
+    """
+    values = np.concatenate([np.diag(T) for T, _ in parts])
+    beyond = np.abs(there @ np.hstack([A @ columns - columns @ T for T, columns in parts]))
+    lasts, apart = lasting(values), np.abs(values[:, None] - values)
+    acting = np.minimum(np.minimum(lasts[:, None], lasts), 2 / np.maximum(apart, 1e-300))
+    return float((beyond * acting * np.linalg.norm(there, axis=1)).max())
+
+
+def _scaled(parts: list[Part], there: ComplexArray, scale: Array) -> Decoupled:
+    """Return the parts in the coordinates before balancing."""
+    (alone, columns), *blocks = parts
+    ends = np.cumsum([len(T) for T, _ in parts])
+    back, *ways = np.split(there / scale, ends[:-1])
+    rates = np.diag(alone)
+    kept = rates.imag >= 0
+    twice = np.where(rates[kept].imag > 0, 2.0, 1.0)
+    return Decoupled(
+        rates[kept],
+        scale[:, None] * columns[:, kept] * twice,
+        back[kept],
+        tuple(
+            Block(T, scale[:, None] * right, left)
+            for (T, right), left in zip(blocks, ways, strict=True)
+        ),
+    )
+
+
 def _parted(
     A: Array, values: ComplexArray, alone: BoolArray
-) -> Iterator[tuple[BoolArray, tuple[Block, ...]]]:
+) -> Iterator[tuple[BoolArray, list[Part]]]:
     """Yield which eigenvalues stand alone and blocks of all others, the smallest blocks first."""
     from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
 
     if alone.all():
-        yield alone, ()
+        yield alone, []
         return
     again = np.diag(schur(A, output="complex")[0])
     # Those that can stand alone are well conditioned: each is found again.
@@ -124,12 +168,13 @@ def _parted(
         groups = [group for group in _linked(again, nearness) if np.isin(others, group).any()]
         if min(map(len, groups)) == 1:
             continue  # one of the others would be alone
-        blocks = tuple(block for group in groups if (block := _block(A, again, group)))
-        if len(blocks) < len(groups) or max(block.worst for block in blocks) > _ALONE:
+        blocks = [block for group in groups if (block := _block(A, again, group))]
+        if len(blocks) < len(groups):
             continue
         free = alone.copy()
         free[able[np.isin(known, np.concatenate(groups))]] = False
-        yield free, blocks
+        if np.isin(values[free].conj(), values[free]).all():  # both of a pair, or none
+            yield free, blocks
 
 
 def _linked(values: ComplexArray, nearness: float) -> list[IntArray]:
@@ -140,9 +185,8 @@ def _linked(values: ComplexArray, nearness: float) -> list[IntArray]:
     return [np.flatnonzero(label == k) for k in range(count)]
 
 
-def _block(A: Array, values: ComplexArray, group: IntArray) -> Block | None:
-    """Return the block of a group of the eigenvalues of A; None if it is not found again."""
-
+def _block(A: Array, values: ComplexArray, group: IntArray) -> Part | None:
+    """Return the block of a group of the eigenvalues of A; None if it is not well conditioned."""
     member = np.isin(np.arange(len(values)), group)
 
     def chosen(z: complex) -> bool:
@@ -151,8 +195,8 @@ def _block(A: Array, values: ComplexArray, group: IntArray) -> Block | None:
     T, U, k = schur(A, output="complex", sort=chosen)  # type: ignore[call-overload]
     if k != len(group):
         return None
-    right, left = U[:, :k], U[:, :k].conj().T
     if k < len(A):
         apart = solve_sylvester(T[:k, :k], -T[k:, k:], T[:k, k:])
-        left = left + apart @ U[:, k:].conj().T
-    return Block(T[:k, :k], right, left)
+        if np.hypot(1, np.linalg.norm(apart, 2)) > _WORST:
+            return None
+    return T[:k, :k], U[:, :k]

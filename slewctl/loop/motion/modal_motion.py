@@ -15,10 +15,11 @@ from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from scipy.linalg import expm, solve_triangular
+from scipy.linalg import solve_triangular
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError
+from slewctl.loop.motion.block_motion import Swinging
 from slewctl.loop.motion.decoupled import Decoupled
 
 Values = TypeVar("Values", Array, ComplexArray)
@@ -30,34 +31,6 @@ _TERMS = 20
 _FOLLOWED = 1.0
 # Each piece is bounded in so many parts.
 _SLICES = 8
-
-
-class Swinging(NamedTuple):
-    """A block of fast modes: T, its states at the start of each piece, rows of the signals."""
-
-    T: ComplexArray
-    states: ComplexArray  # (p, k)
-    rows: ComplexArray  # (signals, k)
-
-    @property
-    def decay(self) -> float:
-        """The largest real part of its eigenvalues."""
-        return float(np.diag(self.T).real.max())
-
-    @property
-    def coupling(self) -> float:
-        """Norm of the triangle above the diagonal."""
-        return triangle(self.T)
-
-    def at(self, piece: IntArray, tau: Array) -> ComplexArray:
-        """Return the states at times `tau` after the starts of pieces, shape (m, k)."""
-        moved = expm(self.T * tau[:, None, None]) @ self.states[piece][..., None]
-        return np.asarray(moved[..., 0])
-
-    def growth(self, first: Array, last: Array) -> Array:
-        """Bound ‖e^(Tt)‖ for all t from `first` to `last`."""
-        rise = sum((self.coupling * last) ** j / math.factorial(j) for j in range(len(self.T)))
-        return np.asarray(np.exp(np.maximum(self.decay * first, self.decay * last)) * rise)
 
 
 class Seen(NamedTuple):
@@ -136,7 +109,7 @@ class Motion:
             self.rates,
             shares @ self.amplitudes,
             self.rows,
-            tuple(block._replace(states=shares @ block.states) for block in self.blocks),
+            tuple(block.combined(shares) for block in self.blocks),
         )
 
     def at(self, piece: IntArray, tau: Array) -> Array:
@@ -216,7 +189,7 @@ class Motion:
         growth = np.exp(np.maximum(self.rates.real, 0) * self.length)
         found = found + (np.abs(self.amplitudes) * growth) @ np.abs(self.rows).T
         for block in self.blocks:
-            rise = block.growth(np.zeros(1), np.array([self.length]))
+            rise = block.growth(np.array([self.length]))
             sizes = np.linalg.norm(block.states, axis=1)[:, None]
             found = found + rise * sizes * np.linalg.norm(block.rows, axis=1)
         return found
@@ -275,11 +248,6 @@ def _exponentials(rates: Values, t: Array) -> Values:
     return np.exp(rates * different[:, None])[which]
 
 
-def triangle(T: ComplexArray) -> float:
-    """Return the norm of the part of T above the diagonal."""
-    return float(np.linalg.norm(np.triu(T, 1), 2))
-
-
 def _powers(s: Array, count: int) -> Array:
     powers = np.ones((len(s), count))
     powers[:, 1:] = s[:, None]
@@ -289,19 +257,24 @@ def _powers(s: Array, count: int) -> Array:
 def _block_seen(
     block: Swinging, signal: IntArray, piece: IntArray, tau: Array, half: Array
 ) -> Seen:
-    state = block.at(piece, tau)
-    rows = block.rows[signal]
-    rate = float(np.linalg.norm(block.T, 2))
-    near = rate * half <= _FOLLOWED
-    turn = np.where(near, rate * half, 0)
+    state, rows = block.at(piece, tau), block.rows[signal]
+    near = block.rate * half <= _FOLLOWED
+    rate, size = state @ block.T.T, np.linalg.norm(rows, axis=1)
     value = (rows * state).sum(axis=1).real
-    slope = (rows * (state @ block.T.T)).sum(axis=1).real * half
-    sizes = np.linalg.norm(rows, axis=1)
-    curvature = sizes * np.linalg.norm(state, axis=1) * turn**2 * np.exp(turn)
-    growth = block.growth(np.maximum(tau - half, 0), tau + half)
-    far = sizes * np.linalg.norm(block.states[piece], axis=1) * growth
+    slope = (rows * rate).sum(axis=1).real * half
+    # What the second derivative is in the middle grows by no more than this to either side.
+    bend = np.linalg.norm(rate @ block.T.T, axis=1) * half**2
+    curvature = size * bend * np.exp(block.rate * np.where(near, half, 0))
+    far, wide = np.zeros(len(half)), np.flatnonzero(~near)
+    if len(wide):
+        first = np.linalg.norm(block.at(piece[wide], (tau - half)[wide]), axis=1)
+        far[wide] = size[wide] * first * block.growth(2 * half[wide])
     return Seen(
-        value, np.where(near, value, 0), np.where(near, slope, 0), curvature, np.where(near, 0, far)
+        value,
+        np.where(near, value, 0),
+        np.where(near, slope, 0),
+        np.where(near, curvature, 0),
+        far,
     )
 
 

@@ -15,9 +15,10 @@ from scipy.linalg import expm
 
 from slewctl._types import Array, ComplexArray, IntArray
 from slewctl.errors import AccuracyError, InputError
+from slewctl.loop.motion.block_motion import triangle
 from slewctl.loop.motion.decoupled import Decoupled, decoupled
 from slewctl.loop.motion.extremes import Part
-from slewctl.loop.motion.modal_motion import Motion, decayed, driven, triangle
+from slewctl.loop.motion.modal_motion import Motion, decayed, driven
 from slewctl.loop.motion.slew_inputs import WATCHED, Slew, signals, told
 from slewctl.loop.sampled import SampledLoop
 from slewctl.plant import split_delay
@@ -66,7 +67,7 @@ class SampledMotion:
         whole, fraction = split_delay(self._T, loop.controller.delay)
         spans = ((fraction, whole + 1), (self._T - fraction, whole))
         # How the signals and the states move while an input that is so late acts.
-        modes = decoupled(np.asarray(self._plant.A))
+        modes = decoupled(np.asarray(self._plant.A), lambda rates: np.full(len(rates), self._T))
         self._spans = [(lag, *self._held(modes, h)) for h, lag in spans if h > 0]
         # From the states at an instant to what is computed there, and what is added to both.
         Bk, Ck, Dk = (np.asarray(m) for m in (K.B, K.C, K.D))
@@ -131,7 +132,7 @@ class SampledMotion:
     @cached_property
     def _decays(self) -> list[tuple[Array, float, float, int]]:
         """Size of each signal, decay, coupling and order of each mode from sample to sample."""
-        modes, left = decoupled(self._map), self._states[-1] - self._end
+        modes, left = decoupled(self._map, _lasting), self._states[-1] - self._end
         columns = modes.right * (modes.left @ left)
         decays = np.log(np.maximum(np.abs(modes.rates), _LEAST))
         sizes = self._sizes(columns)
@@ -231,6 +232,11 @@ class SampledMotion:
         order = np.argsort(t, kind="stable")
         order = order[t[order] <= end * (1 + _ROUNDING)]
         return t[order], np.hstack(found)[:, order]
+
+
+def _lasting(factors: ComplexArray) -> Array:
+    """Return how many samples a motion lasts that is multiplied by so much in each."""
+    return np.asarray(1 / np.maximum(1 - np.abs(factors), np.finfo(float).eps))
 
 
 def _given(loop: SampledLoop, slew: Slew) -> Array:
