@@ -33,8 +33,6 @@ from slewctl import (
 from slewctl.arm import Motor
 from slewctl.compare.design_basis import design_model
 from slewctl.compare.study.grid import Setting, arm_of, objective_of, slew_of
-from slewctl.compare.design_basis import design_model
-from slewctl.compare.study.grid import Setting, arm_of, objective_of, slew_of
 from slewctl.errors import AccuracyError, InputError
 from slewctl.loop import SlewSummary
 from slewctl.loop.motion.continuous_motion import tracking_system
