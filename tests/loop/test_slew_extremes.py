@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from loop_examples import TWO_SENSORS, loop_on, stable_loop, uniform_arm
-from slew_oracle import tip_error, walked
+from slew_oracle import tip_error, walked, zoomed
 from strategies import deterministic
 
 from slewctl import (
