@@ -84,19 +84,14 @@ Piece = tuple[np.ndarray, np.ndarray, np.ndarray, float, float]
 
 def _pieces(loop: Loop, slew: Slew, end: float, steps: int) -> list[Piece]:
     """Return matrix, signals, states at equal steps, start and step: of the slew, and after it."""
-    system, T = tracking_system(loop), slew.duration_s
-    A, B, C, D = (np.asarray(getattr(system, name)) for name in "ABCD")
-    turn, held = told(loop) @ slew.coefficients, told(loop)[:, :1] * np.radians(slew.angle_deg)
-    n, powers = len(A), np.diag(np.arange(1.0, 6.0), -1) / T  # of s = t/T: each from the last
-    moving = np.block([[A, B @ turn], [np.zeros((6, n)), powers]])
+    moving, resting, seen, held = _equations(loop, slew)
+    T, n, rows = slew.duration_s, len(resting) - 1, signals(loop)
     count = max(int(steps * T / end), 200)
     first = _steps(moving, np.eye(n + 6)[n], T, count)
-    resting = np.block([[A, B @ held], [np.zeros((1, n + 1))]])
     last = _steps(resting, np.append(first[:n, -1], 1.0), end - T, steps)
-    rows = signals(loop)
     return [
-        (moving, rows @ np.hstack([C, D @ turn]), first, 0.0, T / count),
-        (resting, rows @ np.hstack([C, D @ held]), last, T, (end - T) / steps),
+        (moving, rows @ seen, first, 0.0, T / count),
+        (resting, rows @ held, last, T, (end - T) / steps),
     ]
 
 

@@ -91,7 +91,7 @@ def assert_on_the_edge(loop: Loop, slew: Slew) -> None:
 
 
 def assert_zoomed(loop: Loop, slew: Slew, end: float, steps: int) -> None:
-    """All figures agree to seven digits, or eight of the travel."""
+    """All figures agree to seven digits; the overshoot, or to nine of the travel."""
     claimed, seen = summary(loop, slew), zoomed(loop, slew, end, steps)
     assert claimed.settling_time_s == pytest.approx(seen.settling, rel=1e-7)
     assert claimed.peak_torque == pytest.approx(seen.torque, rel=1e-7)
@@ -113,8 +113,7 @@ def test_last_entry_into_the_band_long_after_the_slew() -> None:
     found = {summary(loop, Slew(30.0, 0.5, horizon)) for horizon in (None, 5.2, 5.4, 60.0)}
     assert len(found) == 1
     assert found.pop().settling_time_s == pytest.approx(5.296729, rel=1e-6)
-    assert_agrees(loop, Slew(30.0, 0.5), 60.0, 400_000, 1e-4)
-    assert_on_the_edge(loop, Slew(30.0, 0.5))
+    assert_zoomed(loop, Slew(30.0, 0.5), 60.0, 200_000)
 
 
 @pytest.mark.parametrize("loop", [stable_loop(), sampled_loop(0.02, 0.013)], ids=["s", "z"])
@@ -176,8 +175,9 @@ def test_heavy_hubs_with_designs_of_many_functions(
     objective, slew, model = objective_of(arm, 0.3, sensors), slew_of(arm, 0.3), truth(arm, 20)
     controller = design_model(model, objective, source, n).controller("lqg", {})
     loop = close(model, objective, controller)
-    assert_agrees(loop, slew, 3 * slew.duration_s, 30_000, 3e-4)
-    assert_on_the_edge(loop, slew)
+    apart = np.abs(loop.poles[:, None] - loop.poles)[~np.eye(len(loop.poles), dtype=bool)]
+    assert apart.min() < 1e-8 * np.abs(loop.poles).max()
+    assert_zoomed(loop, slew, 4 * slew.duration_s, 30_000)
 
 
 def lagged_loop(count: int, lag: float, spread: float) -> Loop:

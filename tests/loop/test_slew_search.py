@@ -124,12 +124,9 @@ def chained(
         part = np.zeros((2 * copies, 2 * copies))
         for k in range(copies):
             w, own = omega * (1 + apart * k), slice(2 * k, 2 * k + 2)
-            part[own, own] = [[0, w], [-w, -0.02 * w]]
-            part[2 * k : 2 * k + 2, 2 * k + 2 : 2 * k + 4] = (
-                0.05
-                * omega
-                * rng.standard_normal(part[2 * k : 2 * k + 2, 2 * k + 2 : 2 * k + 4].shape)
-            )
+            part[own, own] = [[0, w], [-w, -0.1 * w]]
+            if k:
+                part[2 * k - 2 : 2 * k, own] = 0.1 * omega * rng.standard_normal((2, 2))
         parts.append(part)
     n = 2 * copies * modes
     back, there = (np.linalg.qr(rng.standard_normal((n, n)))[0] for _ in range(2))
@@ -142,28 +139,28 @@ def assert_walked(A: np.ndarray, rng: np.random.Generator) -> None:
     n, rates = len(A), np.linalg.eigvals(A)
     C, start = rng.standard_normal(n), rng.standard_normal(n)
     free = Free(A, C, start)
-    peak, end = highest(free), 30 / np.abs(rates.real).min()
-    h = min(0.05 / np.abs(rates).max(), end / 1000)
-    step, states = expm(A * h), start[:, None]
-    while states.shape[1] < min(end / h, 200_000):
-        states, step = np.hstack([states, step @ states]), step @ step
+    h, end = 0.02 / np.abs(rates).max(), 30 / np.abs(rates.real).min()
+
+    def walked(states: np.ndarray, h: float, count: int) -> np.ndarray:
+        step = expm(A * h)
+        while states.shape[1] <= count:
+            states, step = np.hstack([states, step @ states]), step @ step
+        return states[:, : count + 1]
+
+    states = walked(start[:, None], h, int(end / h))
     seen = np.abs(C @ states)
-
-    def again(first: int, wide: int) -> np.ndarray:
-        """The signal in 2,000 steps from a step on."""
-        fine, found = expm(A * (h * wide / 2000)), states[:, [first]]
-        powers = [fine]
-        while found.shape[1] <= 2000:
-            found = np.hstack([found, powers[-1] @ found])
-            powers.append(powers[-1] @ powers[-1])
-        return np.abs(C @ found)
-
-    top = max(int(seen.argmax()) - 1, 0)
-    assert peak == pytest.approx(again(top, 2).max(), rel=1e-6)
-    level = max(0.02 * peak, 1.5 * seen[-len(seen) // 20 :].max())
+    # Of a peak between two steps so much is missed at most.
+    tops = np.flatnonzero(seen > seen.max() * (1 - 1e-3))
+    peak = max(
+        np.abs(C @ walked(states[:, [max(k - 1, 0)]], h / 1000, 2000)).max()
+        for k in tops[np.argsort(-seen[tops])[:20]]
+    )
+    assert highest(free) == pytest.approx(peak, rel=1e-6)
+    level = 0.02 * peak
     last = int(np.flatnonzero(seen > level)[-1])
-    crossing = np.flatnonzero(again(last, 1) > level)[-1] / 2000
-    assert last_outside(free, level) == pytest.approx((last + crossing) * h, rel=1e-6)
+    again = np.abs(C @ walked(states[:, [last]], h / 1000, 1000))
+    crossing = np.flatnonzero(again > level)[-1] / 1000
+    assert last_outside(free, level) == pytest.approx((last + crossing) * h, rel=1e-6, abs=h / 500)
 
 
 APART = st.one_of(st.just(0.0), st.floats(-13, -1).map(lambda x: 10.0**x))
@@ -175,12 +172,12 @@ def test_chains_of_modes_that_are_not_told_apart(
     seed: int, modes: int, copies: int, apart: float
 ) -> None:
     rng = np.random.default_rng(seed)
-    assert_walked(chained(rng, modes, copies, apart, 1.0), rng)
+    assert_walked(chained(rng, modes, copies, apart, 0.5), rng)
 
 
 @pytest.mark.slow
-@given(st.integers(0, 2**32), st.integers(1, 8), st.integers(2, 4), APART, st.floats(0, 3))
-@deterministic(60)
+@given(st.integers(0, 2**32), st.integers(1, 6), st.integers(2, 4), APART, st.floats(0, 1))
+@deterministic(40)
 def test_many_chains_of_modes_over_decades(
     seed: int, modes: int, copies: int, apart: float, decades: float
 ) -> None:
