@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 from functools import partial
 from numbers import Integral, Real
@@ -36,13 +36,19 @@ class SlewctlError(Exception):
         What was wrong, with the offending value.
     where : str, optional
         The place: a file and key, or a name such as ``hub.inertia``.
-    remedy : str, optional
-        What the user can do about it.
+    remedy : str or callable, optional
+        What the user can do about it; a callable is asked for it only when it is told, since
+        a nearest name takes time and of thousands of faults few are told.
     """
 
-    def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
-        self.what, self.where, self.remedy = what, where, remedy
-        super().__init__(what, where, remedy)
+    def __init__(self, what: str, *, where: str = "", remedy: str | Callable[[], str] = "") -> None:
+        self.what, self.where, self._remedy = what, where, remedy
+        super().__init__(what, where)
+
+    @property
+    def remedy(self) -> str:
+        """What the user can do about it."""
+        return self._remedy if isinstance(self._remedy, str) else self._remedy()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle with its keywords: an error may come back from another process."""
@@ -50,8 +56,11 @@ class SlewctlError(Exception):
 
     def within(self, place: str, separator: str = ": ") -> SlewctlError:
         """Return the same error with `place`, such as a file, before its own place."""
-        where = f"{place}{separator}{self.where}" if self.where else place
-        return type(self)(self.what, where=where, remedy=self.remedy)
+        return self.at(f"{place}{separator}{self.where}" if self.where else place)
+
+    def at(self, where: str) -> SlewctlError:
+        """Return the same error at another place."""
+        return type(self)(self.what, where=where, remedy=self._remedy)
 
     def __str__(self) -> str:
         place = f"{one_line(self.where)}: " if self.where else ""
@@ -75,7 +84,7 @@ class FaultsError(InputError):
     def __init__(self, faults: Sequence[SlewctlError]) -> None:
         self.faults = tuple(faults)
         first = self.faults[0]
-        super().__init__(first.what, where=first.where, remedy=first.remedy)
+        super().__init__(first.what, where=first.where, remedy=first._remedy)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.faults,)
@@ -85,7 +94,7 @@ class FaultsError(InputError):
         return FaultsError([fault.within(place, separator) for fault in self.faults])
 
     def __str__(self) -> str:
-        lines = [str(fault) for fault in self.faults[:_MOST_FAULTS]]
+        lines = [str(fault) for fault in told_faults(self)]
         more = len(self.faults) - len(lines)
         return "\n".join([*lines, f"and {more} more faults"] if more else lines)
 
@@ -93,6 +102,11 @@ class FaultsError(InputError):
 def faults_of(error: SlewctlError) -> tuple[SlewctlError, ...]:
     """Return the single faults that an error tells of."""
     return error.faults if isinstance(error, FaultsError) else (error,)
+
+
+def told_faults(error: SlewctlError) -> tuple[SlewctlError, ...]:
+    """Return those single faults of an error that are told one by one."""
+    return faults_of(error)[:_MOST_FAULTS]
 
 
 class DesignError(SlewctlError):
@@ -201,7 +215,7 @@ def check_choice(value: object, choices: Iterable[str], name: str) -> str:
     raise InputError(
         f"unknown name {shown(value)}",
         where=name,
-        remedy=suggest(value if isinstance(value, str) else shown(value), known),
+        remedy=partial(suggest, value if isinstance(value, str) else shown(value), known),
     )
 
 

@@ -30,9 +30,8 @@ def to_annotations(results: Sequence[DesignResult], root: Path) -> list[str]:
     for result in sorted(results, key=lambda result: _ORDER[result.status]):
         file = _relative(result.file, root)
         if result.error:
-            lines.append(
-                _command(file, result.error_line, "slewctl: cannot be judged", result.error)
-            )
+            for text, line in result.faults or ((result.error, result.error_line),):
+                lines.append(_command(file, line, "slewctl: cannot be judged", text))
         if result.missing:
             lines.append(_command(file, None, "slewctl: missing", f"{result.name}: {GONE}"))
         for found in result.failures:

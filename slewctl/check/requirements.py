@@ -81,7 +81,7 @@ def check_limits(limits: Mapping[str, float | bool]) -> dict[str, float]:
     """
     numbers = {}
     for name, limit in limits.items():
-        check_choice(name, REQUIREMENTS, "requirements")
+        check_choice(name, REQUIREMENTS, f"requirements.{name}")
         if name == "stable":
             if limit is not True:
                 raise InputError(

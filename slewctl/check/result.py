@@ -60,6 +60,8 @@ class DesignResult:
     error : str
         Why the design could not be judged, with file, line, key and remedy.
     error_line : int or None
+    faults : tuple of (str, int or None)
+        The single faults that `error` tells of, each with its line.
     unchanged : bool
         Not judged again since nothing changed after the last accepted run.
     missing : bool
@@ -77,6 +79,7 @@ class DesignResult:
     digest: str = ""
     error: str = ""
     error_line: int | None = None
+    faults: tuple[tuple[str, int | None], ...] = ()
     unchanged: bool = False
     missing: bool = False
     seconds: float = 0.0

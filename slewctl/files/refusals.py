@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Any, TypeVar, get_args
 
 from pydantic import ValidationError, create_model
@@ -127,7 +127,7 @@ def _refusal(kind: type[Table], prefix: tuple[str, ...], error: Mapping[str, Any
 
 def _unknown(name: str, key: str, kind: type[Table]) -> InputError:
     known = [field.alias or name for name, field in kind.model_fields.items()]
-    return InputError("unknown key", where=key, remedy=suggest(name, known))
+    return InputError("unknown key", where=key, remedy=partial(suggest, name, known))
 
 
 def _table_at(kind: type[Table], place: tuple[str, ...]) -> type[Table]:

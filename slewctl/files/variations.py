@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from slewctl.arm import Arm, vary
@@ -100,7 +101,7 @@ def _read(
     faults = Faults()
     for key, value in table.items():
         if key not in KEYS:
-            faults.add([InputError("unknown key", where=key, remedy=suggest(key, KEYS))])
+            faults.add([InputError("unknown key", where=key, remedy=partial(suggest, key, KEYS))])
         else:
             faults.attempt(vary, arm, **{key: value})
     limits = requirements if own is None else own

@@ -14,7 +14,7 @@ from quick_design import QUICK
 from slewctl import Hub, assemble, close, generalised_plant, lqg, truth
 from slewctl.arm import vary
 from slewctl.basis import create
-from slewctl.check import NOMINAL, accept
+from slewctl.check import NOMINAL, accept, to_annotations
 from slewctl.check.baseline import Baseline
 from slewctl.compare import Judge
 from slewctl.errors import DesignError
@@ -117,6 +117,21 @@ def test_a_broken_design_hides_nothing_of_the_others(tmp_path: Path) -> None:
             assert result.error.count(str(result.file)) == 1
             assert "\n" not in result.error
     assert seen == [str(result.file) for result in results]
+
+
+def test_each_fault_of_a_file_is_an_annotation_at_its_own_line(tmp_path: Path) -> None:
+    path = written(tmp_path, "x.toml", FAST.replace("tip = 0.03", "tipp = 0.03") + "zz = 1\n")
+    rows = path.read_text().split("\n")
+    wanted = [next(k for k, row in enumerate(rows, 1) if word in row) for word in ("tipp", "zz")]
+    result = check_file(path)
+    assert [line for _, line in result.faults] == wanted
+    assert "\n".join(text for text, _ in result.faults) == result.error
+    annotations = to_annotations([result], tmp_path)
+    assert [f"line={line}," in told for line, told in zip(wanted, annotations, strict=True)] == [
+        True,
+        True,
+    ]
+    assert all("%0A" not in told for told in annotations)
 
 
 def test_a_variation_that_cannot_be_judged_keeps_what_was_found(
