@@ -13,19 +13,18 @@ from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 from functools import partial
 from numbers import Integral, Real
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
 from slewctl.escape import one_line
 
 T = TypeVar("T")
-Remedy: TypeAlias = str | Callable[[], str]
 
 # Characters of a value, of what is wrong and of the remedy that a person reads.
 _MOST_SHOWN = 60
 _MOST_WHAT = 500
 _MOST_REMEDY = 250
 # Faults of one file that are told at once.
-MOST_FAULTS = 20
+_MOST_FAULTS = 20
 
 
 class SlewctlError(Exception):
@@ -38,21 +37,18 @@ class SlewctlError(Exception):
     where : str, optional
         The place: a file and key, or a name such as ``hub.inertia``.
     remedy : str or callable, optional
-        What the user can do about it; a function where it takes a while to find, for of many
-        errors only some are shown.
+        What the user can do about it; a callable is asked for it only when it is told, since
+        a nearest name takes time and of thousands of faults few are told.
     """
 
-    def __init__(self, what: str, *, where: str = "", remedy: Remedy = "") -> None:
-        self.what, self.where = what, where
-        self._remedy = remedy
+    def __init__(self, what: str, *, where: str = "", remedy: str | Callable[[], str] = "") -> None:
+        self.what, self.where, self._remedy = what, where, remedy
         super().__init__(what, where)
 
     @property
     def remedy(self) -> str:
         """What the user can do about it."""
-        if not isinstance(self._remedy, str):
-            self._remedy = self._remedy()
-        return self._remedy
+        return self._remedy if isinstance(self._remedy, str) else self._remedy()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle with its keywords: an error may come back from another process."""
@@ -60,8 +56,11 @@ class SlewctlError(Exception):
 
     def within(self, place: str, separator: str = ": ") -> SlewctlError:
         """Return the same error with `place`, such as a file, before its own place."""
-        where = f"{place}{separator}{self.where}" if self.where else place
-        return type(self)(self.what, where=where, remedy=lambda: self.remedy)
+        return self.at(f"{place}{separator}{self.where}" if self.where else place)
+
+    def at(self, where: str) -> SlewctlError:
+        """Return the same error at another place."""
+        return type(self)(self.what, where=where, remedy=self._remedy)
 
     def __str__(self) -> str:
         place = f"{one_line(self.where)}: " if self.where else ""
@@ -85,7 +84,7 @@ class FaultsError(InputError):
     def __init__(self, faults: Sequence[SlewctlError]) -> None:
         self.faults = tuple(faults)
         first = self.faults[0]
-        super().__init__(first.what, where=first.where, remedy=lambda: first.remedy)
+        super().__init__(first.what, where=first.where, remedy=first._remedy)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.faults,)
@@ -95,7 +94,7 @@ class FaultsError(InputError):
         return FaultsError([fault.within(place, separator) for fault in self.faults])
 
     def __str__(self) -> str:
-        lines = [str(fault) for fault in self.faults[:MOST_FAULTS]]
+        lines = [str(fault) for fault in told_faults(self)]
         more = len(self.faults) - len(lines)
         return "\n".join([*lines, f"and {more} more faults"] if more else lines)
 
@@ -103,6 +102,11 @@ class FaultsError(InputError):
 def faults_of(error: SlewctlError) -> tuple[SlewctlError, ...]:
     """Return the single faults that an error tells of."""
     return error.faults if isinstance(error, FaultsError) else (error,)
+
+
+def told_faults(error: SlewctlError) -> tuple[SlewctlError, ...]:
+    """Return those single faults of an error that are told one by one."""
+    return faults_of(error)[:_MOST_FAULTS]
 
 
 class DesignError(SlewctlError):

@@ -9,7 +9,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from slewctl.check.result import DesignResult, Fault
+from slewctl.check.result import DesignResult
 from slewctl.check.words import GONE, sentence, title
 from slewctl.escape import Escaped, github_data, github_property
 
@@ -30,8 +30,8 @@ def to_annotations(results: Sequence[DesignResult], root: Path) -> list[str]:
     for result in sorted(results, key=lambda result: _ORDER[result.status]):
         file = _relative(result.file, root)
         if result.error:
-            for fault in result.faults or (Fault(result.error, result.error_line),):
-                lines.append(_command(file, fault.line, "slewctl: cannot be judged", fault.text))
+            for text, line in result.faults or ((result.error, result.error_line),):
+                lines.append(_command(file, line, "slewctl: cannot be judged", text))
         if result.missing:
             lines.append(_command(file, None, "slewctl: missing", f"{result.name}: {GONE}"))
         for found in result.failures:

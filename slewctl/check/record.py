@@ -63,7 +63,7 @@ def _design(result: DesignResult) -> dict[str, Any]:
         "status": result.status,
         "error": result.error or None,
         "line": result.error_line,
-        "faults": [{"error": fault.text, "line": fault.line} for fault in result.faults],
+        "faults": [{"error": text, "line": line} for text, line in result.faults],
         "notes": list(result.notes),
         "arms": [_arm(result, arm) for arm in arms],
     }

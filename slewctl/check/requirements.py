@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from types import MappingProxyType
 
 from slewctl.compare import QUANTITIES, Followed, Judgement, Quantity, Reading, follow
 from slewctl.compare.quantities import RECORDED
-from slewctl.errors import InputError, check_nonnegative, shown, suggest
+from slewctl.errors import InputError, check_choice, check_nonnegative, shown
 
 REQUIREMENTS: Mapping[str, Quantity] = MappingProxyType(
     {quantity.requirement: quantity for quantity in QUANTITIES.values()}
@@ -82,12 +81,7 @@ def check_limits(limits: Mapping[str, float | bool]) -> dict[str, float]:
     """
     numbers = {}
     for name, limit in limits.items():
-        if name not in REQUIREMENTS:
-            raise InputError(
-                "unknown requirement",
-                where=f"requirements.{name}",
-                remedy=partial(suggest, name, REQUIREMENTS),
-            )
+        check_choice(name, REQUIREMENTS, f"requirements.{name}")
         if name == "stable":
             if limit is not True:
                 raise InputError(

@@ -38,14 +38,6 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Fault:
-    """One thing that is wrong in a file, and its line."""
-
-    text: str
-    line: int | None
-
-
-@dataclass(frozen=True)
 class DesignResult:
     """Everything found on one design file.
 
@@ -68,8 +60,8 @@ class DesignResult:
     error : str
         Why the design could not be judged, with file, line, key and remedy.
     error_line : int or None
-    faults : tuple of Fault
-        The same one by one, each with its line, where a file has several.
+    faults : tuple of (str, int or None)
+        The single faults that `error` tells of, each with its line.
     unchanged : bool
         Not judged again since nothing changed after the last accepted run.
     missing : bool
@@ -87,7 +79,7 @@ class DesignResult:
     digest: str = ""
     error: str = ""
     error_line: int | None = None
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[tuple[str, int | None], ...] = ()
     unchanged: bool = False
     missing: bool = False
     seconds: float = 0.0

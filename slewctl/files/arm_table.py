@@ -144,7 +144,7 @@ def _profile(value: object, where: str) -> ProfileSpec:
             return Stations(value["x"], value["values"])
         except InputError as error:
             key = where + error.where.removeprefix("stations")
-            raise InputError(error.what, where=key, remedy=error.remedy) from error
+            raise error.at(key) from error
     if isinstance(value, list):
         return tuple(check_number(coefficient, where) for coefficient in value)
     return check_number(value, where)

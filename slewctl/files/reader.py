@@ -185,6 +185,16 @@ def _slew(keys: Mapping[str, Any]) -> Slew:
     return Slew(**{"angle_deg": 1.0, **keys})
 
 
+def _alone(
+    table: str, key: str, limits: Mapping[str, float], noise: Mapping[str, float]
+) -> Objective:
+    """Return an objective in which only one key can be wrong, at whose place it is refused."""
+    try:
+        return Objective(limits, noise)
+    except InputError as error:
+        raise (error.at(f"{table}.{key}") if error.where == table else error) from error
+
+
 def _objective(
     limits: Mapping[str, float], noise: Mapping[str, float], arm: Arm | None
 ) -> Objective:
@@ -192,9 +202,9 @@ def _objective(
     faults = Faults()
     for key, value in limits.items():
         if key not in ACTUATORS:
-            faults.attempt(Objective, {**_HALF, key: value}, _HALF)
+            faults.attempt(_alone, "limits", key, {**_HALF, key: value}, _HALF)
     for key, value in noise.items():
-        faults.attempt(Objective, _HALF, {**_HALF, key: value})
+        faults.attempt(_alone, "noise", key, _HALF, {**_HALF, key: value})
     if not faults:
         faults.attempt(Objective, limits, _HALF)
         faults.attempt(Objective, _HALF, noise)

@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,10 @@ from slewctl.textfile import read_text
 # Levels of tables and arrays, and parts of a dotted key; five make a design file.
 MOST_LEVELS = 50
 _MOST_KEY = 200
+# Of one table; variations of an arm are the only keys that anybody counts in hundreds.
+_MOST_KEYS = 10_000
+# Keys and elements of a whole file; a beam of 2,000 stations has four thousand.
+_MOST_VALUES = 100_000
 # As many as TOML promises to every program.
 _MOST_INTEGER = 2**63
 
@@ -58,15 +63,29 @@ class Source:
         place = self._way((), where) or self._way(("arm",), where)
         return self.lines[place] if place else None
 
+    @cached_property
+    def _children(self) -> Mapping[KeyPath, Mapping[str, KeyPath]]:
+        """The keys of each table and the elements of each array, by name."""
+        found: dict[KeyPath, dict[str, KeyPath]] = {}
+        for place in self.lines:
+            found.setdefault(place[:-1], {})[str(place[-1])] = place
+        return found
+
+    @cached_property
+    def _lengths(self) -> Mapping[KeyPath, list[int]]:
+        """How long the names in each table are, the longest first."""
+        return {
+            table: sorted({len(name) for name in names}, reverse=True)
+            for table, names in self._children.items()
+        }
+
     def _way(self, start: KeyPath, where: str) -> KeyPath | None:
         """Return the longest way from a table along the dotted key; None if there is none."""
-        # A key may hold dots itself: the longest name that is there comes first.
-        for end in (len(where), *(dot.start() for dot in reversed([*re.finditer(r"\.", where)]))):
-            name = where[:end]
-            for key in (name, int(name)) if name.isdecimal() else (name,):
-                if (place := (*start, key)) in self.lines:
-                    rest = where[end + 1 :]
-                    return (self._way(place, rest) if rest else None) or place
+        for length in self._lengths.get(start, ()):
+            place = self._children[start].get(where[:length])
+            if place and where[length : length + 1] in ("", "."):
+                rest = where[length + 1 :]
+                return (self._way(place, rest) if rest else None) or place
         return None
 
     def refuse(self, error: SlewctlError) -> SlewctlError:
@@ -82,8 +101,7 @@ class Source:
         key = self._key(error)
         line = self.line(key) or (1 if key else None)
         place = f"{self.path}:{line}" if line else str(self.path)
-        short = type(error)(error.what, where=clipped(key, _MOST_KEY), remedy=lambda: error.remedy)
-        return short.within(place)
+        return error.at(clipped(key, _MOST_KEY)).within(place)
 
     def _key(self, error: SlewctlError) -> str:
         """Return the key that an error names, which may have this file before it."""
@@ -125,6 +143,7 @@ def read_source(path: Path) -> Source:
             where=f"{path}:{_bad_line(str(error), text)}",
             remedy='mend that line; a key with @ wants quotes, as in "moment@50mm" = 1.0',
         ) from error
+    _refuse_masses(path, content)
     source = Source(path, text, content, key_lines(text))
     _refuse_extremes(source)
     return source
@@ -148,15 +167,39 @@ def _refuse_extremes(source: Source) -> None:
             raise _too_deep(line)
         if isinstance(value, dict):
             todo += [((*place, key), item) for key, item in value.items()]
+            if len(value) > _MOST_KEYS:
+                raise InputError(
+                    f"{len(value)} keys in one table",
+                    where=f"{line}: {_name(place)}" if place else f"{source.path}:1",
+                    remedy=f"keep {_MOST_KEYS}",
+                )
         elif isinstance(value, list):
             todo += [((*place, index), item) for index, item in enumerate(value)]
         elif isinstance(value, int) and not -_MOST_INTEGER <= value < _MOST_INTEGER:
-            key = clipped(".".join(map(str, place)), _MOST_KEY)
             raise InputError(
                 f"{shown(value)} is beyond the integers of TOML",
-                where=f"{line}: {key}",
+                where=f"{line}: {_name(place)}",
                 remedy="give less than 2^63, or a number with a decimal point",
             )
+
+
+def _refuse_masses(path: Path, content: Mapping[str, Any]) -> None:
+    """Refuse more keys and elements than anybody writes, before each of them costs time."""
+    todo: list[object] = [content]
+    count = 0
+    while todo:
+        value = todo.pop()
+        if isinstance(value, dict | list):
+            count += len(value)
+            todo += value.values() if isinstance(value, dict) else value
+    if count > _MOST_VALUES:
+        raise InputError(
+            f"{count} keys and elements", where=f"{path}:1", remedy=f"keep {_MOST_VALUES}"
+        )
+
+
+def _name(place: KeyPath) -> str:
+    return clipped(".".join(map(str, place)), _MOST_KEY)
 
 
 def _too_deep(where: str) -> InputError:

@@ -9,9 +9,8 @@ from typing import Any
 
 from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
 from slewctl.check.baseline import Baseline
-from slewctl.check.result import Fault
 from slewctl.compare import QUANTITIES, Judge, Judgement, Reading
-from slewctl.errors import MOST_FAULTS, SlewctlError, faults_of
+from slewctl.errors import SlewctlError, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.gate.fingerprint import digest, fingerprint
 
@@ -63,7 +62,7 @@ def check_file(
     try:
         design = read_design(path, name)
     except SlewctlError as error:
-        return DesignResult(name, path, **_told(error, path))
+        return DesignResult(name, path, **_refused(error, path))
     if baseline is None:
         return examine(design)
     skipped = skip_unchanged(design, baseline) if changed_only else None
@@ -102,7 +101,7 @@ def examine(
     judging = Judge(design.case)
     findings: list[Finding] = []
     recorded: dict[str, Mapping[str, Reading]] = {}
-    told: dict[str, Any] = {}
+    refused: dict[str, Any] = {}
     try:
         with design.source.computing():
             for arm, judgement, limits in _judgements(design, judging):
@@ -112,8 +111,8 @@ def examine(
                 ]
                 beside = [QUANTITIES[name].requirement for name in (known or {}).get(arm, {})]
                 recorded[arm] = measure(judgement, [*limits, *beside])
-    except SlewctlError as refused:
-        told = _told(refused, design.path)
+    except SlewctlError as error:
+        refused = _refused(error, design.path)
     return DesignResult(
         design.case.name,
         design.path,
@@ -121,8 +120,8 @@ def examine(
         recorded,
         fingerprint=fingerprint(design.source.text),
         digest=digest(design.source.text),
+        **refused,
         seconds=time.perf_counter() - start,
-        **told,
     )
 
 
@@ -151,14 +150,10 @@ def _line(design: DesignFile, arm: str, requirement: str) -> int | None:
     return lines.get((*table, requirement)) or lines.get(head)
 
 
-def _told(error: SlewctlError, path: Path) -> dict[str, Any]:
-    """Return what a result says of an error: as one text, and fault by fault."""
-    single = faults_of(error)[:MOST_FAULTS]
-    return {
-        "error": str(error),
-        "error_line": _line_of(error, path),
-        "faults": tuple(Fault(str(fault), _line_of(fault, path)) for fault in single),
-    }
+def _refused(error: SlewctlError, path: Path) -> dict[str, Any]:
+    """Return what a result says of a design that could not be judged."""
+    told = tuple((str(fault), _line_of(fault, path)) for fault in told_faults(error))
+    return {"error": str(error), "error_line": _line_of(error, path), "faults": told}
 
 
 def _line_of(error: SlewctlError, path: Path) -> int | None:

@@ -304,3 +304,10 @@ def test_lag_that_no_gain_makes_up_for() -> None:
 def test_a_plant_made_by_hand_is_refused() -> None:
     with pytest.raises(InputError, match="no model of an arm"):
         pd_notch(replace(design_plant(2), model=None), bandwidth_hz=0.2)
+
+
+@pytest.mark.parametrize("shape", [{"notch_depth": 0.1}, {"notch_width": 0.5}])
+def test_a_shape_without_a_notch_is_refused(shape: dict[str, float]) -> None:
+    (name,) = shape
+    with pytest.raises(InputError, match=f"{name}: there is no notch to shape"):
+        pd_notch(boom_plant(), bandwidth_hz=3.0, notch_modes=[], **shape)

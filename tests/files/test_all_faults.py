@@ -58,7 +58,7 @@ def test_every_fault_of_a_first_file_is_told_at_once(tmp_path: Path) -> None:
     faults = told(written(tmp_path, WRONG))
     assert faults == {
         "title": 1, "arm.catalogue": 3, "arm.damping_ratio": 4, "arm.hub.inerta": 5, "arm.motor.R": 6, "arm.motor.resistance": 6, "model": 1,
-        "controller.method": 8, "controller.limits": 9, "controller.noise.theta": 10, "slew.angle_deg": 12, "truth.mode": 15,
+        "controller.method": 8, "controller.limits.tipp": 9, "controller.noise.theta": 10, "slew.angle_deg": 12, "truth.mode": 15,
         "requirements.gain_margin": 17, "requirements.disk_margin": 18, "variations.heavy.payload_mas": 20,
         "variations.heavy.mass_factor": 21, "tests": 22,
     }  # fmt: skip
@@ -71,8 +71,8 @@ def test_what_lies_behind_the_types_is_told_at_once_too(tmp_path: Path) -> None:
     text += '[model]\nbasis = "clamped"\nn = 2\n[compare]\nbases = ["slew"]\n'
     faults = told(written(tmp_path, text))
     assert faults.keys() == {
-        "title", "arm.catalogue", "arm.damping_ratio", "controller.method", "controller.limits",
-        "controller.noise", "slew.angle_deg", "truth.modes", "requirements.gain_margin",
+        "title", "arm.catalogue", "arm.damping_ratio", "controller.method", "controller.limits.tipp",
+        "controller.noise.thetaa", "slew.angle_deg", "truth.modes", "requirements.gain_margin",
         "requirements.disk_margin", "variations.heavy.payload_mas",
         "variations.heavy.mass_factor", "tests", "model.basis", "compare.bases",
     }  # fmt: skip
@@ -87,10 +87,41 @@ def test_every_unknown_option_and_signal_is_told(tmp_path: Path) -> None:
         read_design(path)
     words = str(caught.value)
     assert [fault.where.rpartition(": ")[2] for fault in caught.value.faults] == [
-        "controller.speed", "controller.weights", "controller.limits", "controller.limits",
+        "controller.speed", "controller.weights", "controller.limits.tipp", "controller.limits.thet",
     ]  # fmt: skip
     assert "'tipp'; did you mean 'tip'?" in words
     assert "'thet'; did you mean 'theta'?" in words
+
+
+SPELT = [
+    "[requirements]\ndisk_margin = 0.1\nzz = 1",
+    '[requirements]\ndisk_margin = 0.1\n"z.z" = 1',
+    "requirements.disk_margin = 0.1\nrequirements.zz = 1\n",
+    "[variations.a]\nmass_factor = 2\nrequirements.zz = 1",
+    '[variations."a.b"]\nmass_factor = 2\n[variations."a.b".requirements]\nzz = 1',
+    "[variations]\na = { mass_factor = 2, requirements = { disk_margin = 0.1, zz = 1 } }",
+]
+
+
+@pytest.mark.parametrize("spelt", SPELT)
+def test_an_unknown_name_is_told_on_its_own_line(tmp_path: Path, spelt: str) -> None:
+    """However the key is written, and whatever stands before and after it."""
+    text = QUICK.partition("[requirements]")[0]
+    text = spelt + "\n" + text if spelt.startswith("requirements.") else text + spelt + "\n"
+    line = 1 + next(k for k, row in enumerate(text.split("\n")) if "zz" in row or "z.z" in row)
+    (place,) = told(written(tmp_path, text)).items()
+    assert place[0].endswith(("zz", "z.z"))
+    assert place[1] == line
+
+
+def test_limits_on_lines_of_their_own_are_told_there(tmp_path: Path) -> None:
+    head, _, tail = QUICK.partition("limits = {")
+    text = f"{head}limits.tipp = 1\nlimits.tip = 1\nlimits.torqe = 1\n{tail.partition(chr(10))[2]}"
+    rows = text.split("\n")
+    assert told(written(tmp_path, text)) == {
+        "controller.limits.tipp": rows.index("limits.tipp = 1") + 1,
+        "controller.limits.torqe": rows.index("limits.torqe = 1") + 1,
+    }
 
 
 def test_an_arm_and_a_study_tell_all_faults_too(tmp_path: Path) -> None:

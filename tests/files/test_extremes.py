@@ -55,8 +55,41 @@ def test_more_variations_than_anybody_waits_for_are_refused(tmp_path: Path) -> N
     path = tmp_path / "x.toml"
     many = "".join(f"{k}.mass_factor=2\n" for k in range(30_000))
     path.write_text(QUICK + "[variations]\n" + many)
-    with pytest.raises(InputError, match=r":19: variations: 30000 variations; keep 1000"):
+    with pytest.raises(InputError, match=r":19: variations: 30000 keys in one table; keep 10000"):
         read_design(path)
+
+
+MASSES = {
+    "requirements": QUICK + "\n".join(f"r{k} = 1" for k in range(80_000)),
+    "options": QUICK.replace(
+        "[requirements]", "\n".join(f"r{k} = 1" for k in range(80_000)) + "\n[requirements]"
+    ),
+    "tables": QUICK + "\n".join(f"[r{k}]" for k in range(80_000)),
+    "list": QUICK + "\n[compare]\norders = [" + "1," * 300_000 + "]",
+}
+
+
+@pytest.mark.parametrize("text", MASSES.values(), ids=MASSES)
+def test_masses_of_keys_and_elements_are_refused_unread(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "x.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"x\.toml:\d+: .*; keep 10+"):
+        read_design(path)
+
+
+def test_no_nearest_name_is_looked_for_in_faults_that_are_only_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr(
+        "slewctl.errors.get_close_matches", lambda name, *_, **__: asked.append(name) or []
+    )
+    path = tmp_path / "x.toml"
+    path.write_text(QUICK + "\n".join(f"r{k} = 1" for k in range(5000)))
+    with pytest.raises(InputError) as caught:
+        read_design(path)
+    assert str(caught.value).endswith("and 4980 more faults")
+    assert len(set(asked)) == 20
 
 
 def test_more_bases_and_orders_than_anybody_reads_are_refused(tmp_path: Path) -> None:

@@ -68,7 +68,7 @@ REFUSALS = [
     ("[variations.heavy]\npayload_mass_factor = 2", 18, "the arm has no payload mass to multiply; give payload_mass itself"),
     ("[variations.heavy]", 17, "variations.heavy: changes nothing; give at least one of payload_mass,"),
     ("[variations.heavy]\nrequirements.stable = true", 17, "variations.heavy: changes nothing"),
-    ("[variations.heavy]\nmass_factor = 1.1\nrequirements.gain = 3", 19, "variations.heavy.requirements.gain: unknown requirement"),
+    ("[variations.heavy]\nmass_factor = 1.1\nrequirements.gain = 3", 19, "variations.heavy.requirements.gain: unknown name 'gain'"),
     ("[variations.heavy]\nmass_factor = 1.1\nrequirements.disk_margin = -3", 19, "variations.heavy.requirements.disk_margin: -3 is negative"),
     ("[variations.heavy]\nmass_factor = 1.1\nrequirements = 3", 19, "variations.heavy.requirements: 3 is not allowed; give a table"),
     ("[variations.nominal]\nmass_factor = 1.1", 17, "variations.nominal: 'nominal' cannot name a variation"),

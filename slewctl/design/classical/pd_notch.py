@@ -47,8 +47,8 @@ def pd_notch(
     bandwidth_hz: float | None = None,
     damping_ratio: float = 0.7,
     notch_modes: Sequence[int] | str = "auto",
-    notch_depth: float = 0.1,
-    notch_width: float = 0.5,
+    notch_depth: float | None = None,
+    notch_width: float | None = None,
     rolloff_hz: float | None = None,
 ) -> Controller:
     """Return PD control of the hub angle with notches at flexible modes.
@@ -71,9 +71,9 @@ def pd_notch(
         freely, where the loop gain peaks); empty for none.  "auto": those that the filters'
         lag would rob of more than half their own damping.
     notch_depth : float
-        Gain that remains at the mode, between 0 and 1.
+        Gain that remains at the mode, between 0 and 1; a tenth by default.
     notch_width : float
-        Width of each notch between its −3 dB points over its frequency.
+        Width of each notch between its −3 dB points over its frequency, a half by default.
     rolloff_hz : float, optional
         Corner of the low-pass filter, ten times the bandwidth by default.
 
@@ -85,7 +85,8 @@ def pd_notch(
     Raises
     ------
     InputError
-        For impossible values, or a mode that the model has not got.
+        For impossible values, a mode that the model has not got, or a shape of notches where
+        there are none.
     DesignError
         If the angle is not measured, or the wish needs a negative gain.
     """
@@ -93,8 +94,14 @@ def pd_notch(
     model, rigid = model_of(plant), rigid_arm(plant)
     require_theta(plant)
     wish = PDWish.of(bandwidth_hz, damping_ratio, rolloff_hz)
-    depth, width = _depth(notch_depth), check_positive(notch_width, "notch_width")
+    depth = _depth(0.1 if notch_depth is None else notch_depth)
+    width = check_positive(0.5 if notch_width is None else notch_width, "notch_width")
     chosen = _modes(notch_modes, model.n)
+    for name, given in (("notch_depth", notch_depth), ("notch_width", notch_width)):
+        if chosen == () and given is not None:
+            raise InputError(
+                "there is no notch to shape", where=name, remedy="leave it out, or name notch_modes"
+            )
 
     def notches(modes: Sequence[int]) -> list[Section]:
         return [notch(model.omega[mode - 1], depth, width) for mode in modes]
