@@ -158,7 +158,7 @@ def test_annotations_are_the_only_commands() -> None:
     Path("bad.toml").write_text(QUICK + '"\\n::warning file=x::y" = 1\n')
     done = slewctl("check", "bad.toml", "--github")
     (command,) = [line for line in done.stdout.splitlines() if line.startswith("::")]
-    assert command.startswith("::error file=bad.toml,line=17,")
+    assert command.startswith("::error file=bad.toml,line=19,")
 
 
 def test_reports_hold_titles_and_names_as_text() -> None:
