@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.numerics.h2_norm import H2Cost, discrete_h2_cost, h2_cost
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import H2Cost, discrete_h2_cost, h2_cost
 from slewctl.numerics.observability import pole_rounding
 from slewctl.plant import GeneralisedPlant, continuous_equivalent, sampled_plant
 

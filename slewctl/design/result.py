@@ -21,6 +21,7 @@ from slewctl.design.reference import (
     rigid_reference,
 )
 from slewctl.errors import InputError, check_nonnegative, shown
+from slewctl.numerics.h2_norm import H2Cost
 from slewctl.numerics.linear_system import (
     LinearSystem,
     WithSystem,
@@ -28,7 +29,6 @@ from slewctl.numerics.linear_system import (
     holding_light,
     linear,
 )
-from slewctl.numerics.matrix_equations import H2Cost
 from slewctl.plant import GeneralisedPlant
 
 if TYPE_CHECKING:

@@ -20,9 +20,10 @@ from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.loop.tracking import tracking_controller, tracking_loop
 from slewctl.model import Model
 from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.h2_norm import H2Cost, h2_cost
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import H2Cost, h2_cost, stability_threshold
+from slewctl.numerics.matrix_equations import stability_threshold
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import numpy as np
 
 from slewctl._types import ComplexArray
 from slewctl.loop.closed import Loop
+from slewctl.numerics.h2_norm import H2Cost
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import H2Cost
 from slewctl.plant import SampledClosed, SampledPlant, continuous_equivalent, sampled_plant
 
 

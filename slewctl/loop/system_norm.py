@@ -8,8 +8,8 @@ import numpy as np
 
 from slewctl.errors import check_choice
 from slewctl.loop.parts import Plant, state_space
+from slewctl.numerics.h2_norm import discrete_h2_cost, h2_cost
 from slewctl.numerics.hinf_norm import peak_gain
-from slewctl.numerics.matrix_equations import discrete_h2_cost, h2_cost
 from slewctl.numerics.observability import pole_rounding
 
 

@@ -21,7 +21,7 @@ from scipy.linalg import (
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError
-from slewctl.numerics.balance import balance, balance_realisation, balance_system
+from slewctl.numerics.balance import balance
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,53 +199,6 @@ def _riccati_defect(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, floa
     return terms[0] - terms[1] + terms[2], largest
 
 
-@dataclass(frozen=True)
-class H2Cost:
-    """The squared H2 norm of a stable system, and how far two ways to it disagree.
-
-    Attributes
-    ----------
-    value : float
-        tr C P Cᵀ with the controllability Gramian P.
-    discrepancy : float
-        Relative difference to tr BᵀWB with the observability Gramian W.
-    """
-
-    value: float
-    discrepancy: float
-
-
-def h2_cost(A: Array, B: Array, C: Array) -> H2Cost:
-    """Return ‖C(sI − A)⁻¹B‖₂² of a stable system from both Gramians.
-
-    Where they do not agree, states of odd units may be the reason, and those are scaled by
-    another rule as well: the value on which the Gramians agree better is returned.
-
-    Parameters
-    ----------
-    A, B, C : ndarray, shapes (n, n), (n, m), (p, n)
-        A must be stable; the caller decides stability first.
-    """
-    found = _h2_cost(A, B, C, balance_system(A, B, C))
-    if found.discrepancy <= _AGREED:
-        return found
-    other = _h2_cost(A, B, C, balance_realisation(A, B, C))
-    return min(found, other, key=lambda cost: cost.discrepancy)
-
-
-# Gramians that agree so well are as exact as these numbers get.
-_AGREED = 1e-12
-
-
-def _h2_cost(A: Array, B: Array, C: Array, scale: Array) -> H2Cost:
-    As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
-    P = solve_continuous_lyapunov(As, -Bs @ Bs.T)
-    W = solve_continuous_lyapunov(As.T, -Cs.T @ Cs)
-    value = float(np.trace(Cs @ P @ Cs.T))
-    other = float(np.trace(Bs.T @ W @ Bs))
-    return H2Cost(value, abs(other - value) / max(abs(value), np.finfo(float).tiny))
-
-
 def stability_threshold(A: Array) -> float:
     """Return how far left of the axis a computed eigenvalue must lie to count as stable.
 
@@ -291,22 +244,6 @@ def solve_discrete_lyapunov(A: Array, Q: Array) -> Array:
         where="lyapunov",
         remedy="decide its stability first",
     )
-
-
-def discrete_h2_cost(A: Array, B: Array, C: Array, D: Array) -> H2Cost:
-    """Return ‖C(zI − A)⁻¹B + D‖₂² of a stable sampled system from both Gramians.
-
-    Parameters
-    ----------
-    A, B, C, D : ndarray, shapes (n, n), (n, m), (p, n), (p, m)
-        A must be stable; the caller decides stability first.
-    """
-    scale = balance_realisation(A, B, C)
-    As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
-    at_once = float(np.sum(D**2))
-    value = float(np.sum((Cs @ solve_discrete_lyapunov(As, Bs @ Bs.T)) * Cs)) + at_once
-    dual = float(np.sum((Bs.T @ solve_discrete_lyapunov(As.T, Cs.T @ Cs)) * Bs.T)) + at_once
-    return H2Cost(value, abs(dual - value) / max(abs(value), np.finfo(float).tiny))
 
 
 def solve_discrete_riccati(

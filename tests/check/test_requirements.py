@@ -14,7 +14,7 @@ from slewctl.check import REQUIREMENTS, judge, measure
 from slewctl.compare import Case, Judgement, evaluate, follow, read
 from slewctl.compare.quantities import RECORDED
 from slewctl.loop import Crossing
-from slewctl.numerics.matrix_equations import H2Cost
+from slewctl.numerics.h2_norm import H2Cost
 
 OBJECTIVE = Objective(
     {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}

@@ -27,7 +27,7 @@ from slewctl import (
     truth,
 )
 from slewctl.design.riccati.integral_action import slowest_motion
-from slewctl.numerics.matrix_equations import h2_cost
+from slewctl.numerics.h2_norm import h2_cost
 
 WITHOUT_ANGLE = Objective({"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "tip": 0.01})
 

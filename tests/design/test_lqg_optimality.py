@@ -29,7 +29,7 @@ from slewctl import (
     lqr,
 )
 from slewctl import arms as catalogue
-from slewctl.numerics.matrix_equations import h2_cost
+from slewctl.numerics.h2_norm import h2_cost
 
 
 def cost_of(plant: GeneralisedPlant, A: Array, B: Array, C: Array) -> float:

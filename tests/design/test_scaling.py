@@ -35,7 +35,7 @@ from slewctl import (
     lqr,
 )
 from slewctl.design.energy_coordinates import ScaledPlant, scaled
-from slewctl.numerics.matrix_equations import h2_cost
+from slewctl.numerics.h2_norm import h2_cost
 
 POINTS = 1j * np.geomspace(0.01, 300, 50)
 

@@ -23,7 +23,7 @@ from slewctl import (
 from slewctl.design.lmi import state_feedback
 from slewctl.design.lmi.blocks import Block, definiteness
 from slewctl.design.lmi.variance_bound import variance_bound
-from slewctl.numerics.matrix_equations import h2_cost
+from slewctl.numerics.h2_norm import h2_cost
 
 
 def deviation(problem: GeneralisedPlant, system: object, name: str) -> float:

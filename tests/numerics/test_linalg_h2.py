@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from slewctl import lqg
-from slewctl.numerics.matrix_equations import h2_cost
+from slewctl.numerics.h2_norm import h2_cost
 
 RATIOS = st.floats(1e-4, 0.5)
 

@@ -16,6 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import deterministic
 
+import slewctl as sc
+from slewctl.compare.study.grid import objective_of
+from slewctl.model import beam_mass
 from slewctl.numerics import matrix_equations
 from slewctl.numerics.matrix_equations import (
     _of_hamiltonian,
@@ -166,3 +169,17 @@ def test_a_good_first_solution_costs_no_second(name: str, monkeypatch: pytest.Mo
 def test_a_hamiltonian_with_eigenvalues_on_the_axis_has_no_stable_half() -> None:
     A = np.array([[0.0, 1.0], [-4.0, 0.0]])  # undamped, and nothing is paid for it
     assert _of_hamiltonian(A, np.array([[0.0], [1.0]]), np.zeros((2, 2))) is None
+
+
+@pytest.mark.parametrize("payload", [1.0, 10.0])
+def test_costs_of_badly_conditioned_loops_are_refined(payload: float) -> None:
+    """No hub and a heavy payload: Gramians that differ in the eighth digit agree in the twelfth."""
+    base = sc.arms.paper_beam()
+    arm = sc.Arm(base.beam, payload=sc.Payload(payload * beam_mass(base)), damping_ratio=0.005)
+    sensors = ("theta", "theta_dot")
+    plant = sc.generalised_plant(sc.truth(arm, 20), objective_of(arm, 0.3, sensors))
+    checks = {check.name: check.error for check in sc.lqg(plant).certificate.checks}
+    # Some machines have no numbers longer than double.
+    allowed = 1e-11 if np.finfo(np.longdouble).eps < EPS / 10 else 1e-7
+    assert checks["cost, Lyapunov against Riccati"] < allowed
+    assert checks["cost, two Gramians"] < allowed

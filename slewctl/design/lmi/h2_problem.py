@@ -16,8 +16,9 @@ from slewctl.design.reference import Reference
 from slewctl.design.result import Check, Controller, Guarantee, finished
 from slewctl.design.riccati.lqg import optimal_cost
 from slewctl.design.riccati.lqr_kalman import check_assumptions
+from slewctl.numerics.h2_norm import h2_cost
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import Regulator, RiccatiSolution, h2_cost
+from slewctl.numerics.matrix_equations import Regulator, RiccatiSolution
 from slewctl.plant import GeneralisedPlant
 
 # A result whose recomputed cost lies further above the optimum is not called optimal.

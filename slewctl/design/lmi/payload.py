@@ -42,7 +42,7 @@ from slewctl.errors import (
     shown,
 )
 from slewctl.model import Model
-from slewctl.numerics.matrix_equations import h2_cost
+from slewctl.numerics.h2_norm import h2_cost
 from slewctl.plant import GeneralisedPlant, check_plant, generalised_plant
 from slewctl.plant.statespace import drive
 

@@ -26,7 +26,7 @@ from slewctl.design.lmi.state_feedback import Feedback, Regulator, Unknowns, sol
 from slewctl.design.observer import observer_feedback
 from slewctl.design.result import Controller, Guarantee, finished
 from slewctl.errors import DesignError, InputError, check_choice, check_given, check_positive, shown
-from slewctl.numerics.matrix_equations import h2_cost
+from slewctl.numerics.h2_norm import h2_cost
 from slewctl.plant import ACTUATORS, GeneralisedPlant, check_plant, signal
 
 COST = "cost"

@@ -14,9 +14,10 @@ from slewctl.design.riccati.discrete_lqg import SampledOptimum
 from slewctl.design.riccati.lqr_kalman import Plain, weighted_feedback, weighted_filter
 from slewctl.errors import AccuracyError, DesignError, InputError, check_count
 from slewctl.numerics.given_system import read_system
+from slewctl.numerics.h2_norm import discrete_h2_cost, h2_cost
 from slewctl.numerics.interconnect import AlgebraicLoopError, lft
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import RiccatiSolution, discrete_h2_cost, h2_cost
+from slewctl.numerics.matrix_equations import RiccatiSolution
 from slewctl.numerics.observability import pole_rounding
 from slewctl.plant import ill_posed
 

@@ -12,8 +12,8 @@ from slewctl._types import Array, ComplexArray
 from slewctl.design.breakdown import check_finite
 from slewctl.design.result import Check
 from slewctl.errors import DesignError, InputError
+from slewctl.numerics.h2_norm import H2Cost
 from slewctl.numerics.matrix_equations import (
-    H2Cost,
     Regulator,
     RiccatiSolution,
     full_column_rank,
