@@ -336,7 +336,7 @@ def test_model_cannot_be_changed(full_arm: Arm) -> None:
         model.mass = np.eye(3)
 
 
-@pytest.mark.parametrize("pair", [("arm", Slewing(2)), (Arm(Beam(1, 1, 1)), "slewing")])
+@pytest.mark.parametrize("pair", [("arm", Slewing(2)), (Arm(Beam(1, 1, 1)), 3)])
 def test_assemble_refuses_what_is_no_arm_or_basis(pair: tuple) -> None:
     with pytest.raises(InputError, match=r"assemble: .*(slewctl\.Arm|Slewing)"):
         assemble(*pair)
