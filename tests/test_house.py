@@ -25,6 +25,7 @@ SHARED = {
     "escape",
     "numerics",
     "textfile",
+    "versions",
 }
 # Each room may import the rooms named here, beside itself and the shared modules.
 MAY_IMPORT: dict[str, set[str]] = {

@@ -25,7 +25,8 @@ from slewctl.cli.terminal import ERR, OUT, progress, show
 from slewctl.cli.verdicts import summary, verdict_table
 from slewctl.errors import InputError, SlewctlError, check_nonnegative
 from slewctl.files import find_designs
-from slewctl.gate import check_designs, version
+from slewctl.gate import check_designs
+from slewctl.versions import installed
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def _write(
     if outputs.junit:
         written &= _written(outputs.junit, to_junit(results))
     if outputs.json:
-        written &= _written(outputs.json, json_text(to_record(results, version())))
+        written &= _written(outputs.json, json_text(to_record(results, installed())))
     if before is None:
         return written, []
     after, notes = accept(before, results)

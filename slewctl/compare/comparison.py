@@ -18,7 +18,7 @@ from slewctl.compare.ladder import Ladder, climb, steps
 from slewctl.compare.quantities import RECORDED, row
 from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
-from slewctl.loop.curves import curve
+from slewctl.loop.curves import curve, nichols_line
 from slewctl.model import Model, beam_inertia
 
 Progress = Callable[[str], None]
@@ -53,6 +53,11 @@ class LoopCurves:
     gain_db: Array
     phase_deg: Array
     slew: SlewResponse | None
+
+    @property
+    def nichols(self) -> tuple[Array, Array]:
+        """Phases in degrees and gains in dB of the line in a Nichols plot."""
+        return nichols_line(self.phase_deg, self.gain_db)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,15 +17,14 @@ import numpy as np
 
 from slewctl._threads import single_threaded
 from slewctl.compare.judgement import Judgement
+from slewctl.design.result import COST_TOLERANCE
 from slewctl.errors import AccuracyError
 from slewctl.loop import Crossing, Margins, SlewSummary
 from slewctl.loop.noise import NoiseLevels
 from slewctl.loop.single.sensitivity import bandwidth
 
-# Verdicts rest on a truth whose frequencies are known this well, relative, and on costs
-# that two Gramians give alike.
+# Verdicts rest on a truth whose frequencies are known this well, relative.
 TRUTH_TOLERANCE = 1e-6
-COST_TOLERANCE = 1e-6
 
 
 class Reading(NamedTuple):

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray
-from slewctl.numerics.h2_norm import H2Cost, discrete_h2_cost, h2_cost
+from slewctl._types import ComplexArray
+from slewctl.numerics.h2_norm import H2Cost, system_cost
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.observability import pole_rounding
+from slewctl.numerics.observability import poles_and_growth
 from slewctl.plant import GeneralisedPlant, continuous_equivalent, sampled_plant
 
 
@@ -29,7 +29,7 @@ def closed_cost(plant: GeneralisedPlant, system: LinearSystem) -> H2Cost:
     system : LinearSystem
         On the plant's clock, from the sensors to the actuator, connected with a plus sign.
     """
-    return _of_loop(*_loop(plant, system), plant.sample_time)[2]
+    return _of_loop(plant.closed(system))[2]
 
 
 def achieved(
@@ -55,23 +55,12 @@ def achieved(
         growth = float(np.abs(sampled.poles).max() - sampled.largest_stable)
         cost = sampled.h2 if sampled.stable else H2Cost(math.inf, 0.0)
         return continuous_equivalent(sampled.poles, float(system.dt)), growth, cost
-    return _of_loop(*_loop(plant, system), plant.sample_time)
+    return _of_loop(plant.closed(system))
 
 
-def _loop(plant: GeneralisedPlant, system: LinearSystem) -> tuple[Array, Array, Array, Array]:
-    """Return A, B, C and D of the loop from w to z."""
-    loop: LinearSystem = plant.close(plant.fitting(system, plant.sample_time or None))
-    return loop.matrices
-
-
-def _of_loop(
-    A: Array, B: Array, C: Array, D: Array, sample_time: float
-) -> tuple[ComplexArray, float, H2Cost]:
-    poles, rounding = pole_rounding(A)
-    if sample_time:
-        growth = float((np.abs(poles) + rounding).max()) - 1
-        cost = discrete_h2_cost(A, B, C, D) if growth < 0 else H2Cost(math.inf, 0.0)
-        return continuous_equivalent(poles, sample_time), growth, cost
-    growth = float((poles.real + rounding).max())
-    finite = growth < 0 and not np.any(D)
-    return poles, growth, h2_cost(A, B, C) if finite else H2Cost(math.inf, 0.0)
+def _of_loop(loop: LinearSystem) -> tuple[ComplexArray, float, H2Cost]:
+    poles, growth = poles_and_growth(loop.A, loop.sample_time)
+    cost = system_cost(loop) if growth < 0 else H2Cost(math.inf, 0.0)
+    if loop.sample_time:
+        poles = continuous_equivalent(poles, loop.sample_time)
+    return poles, growth, cost

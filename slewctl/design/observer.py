@@ -31,28 +31,6 @@ def observer_feedback(plant: GeneralisedPlant, K: Array, Kf: Array, name: str) -
     )
 
 
-def for_feedthrough(plant: GeneralisedPlant, system: LinearSystem) -> LinearSystem:
-    """Return the controller that meets a plant as `system` meets it without its D₂₂.
-
-    Parameters
-    ----------
-    plant : GeneralisedPlant
-    system : LinearSystem
-        Strictly proper; it is given y − D₂₂u for y.
-    """
-    B, C = np.asarray(system.B), np.asarray(system.C)
-    return LinearSystem(
-        system.A - B @ plant.D22 @ C,
-        B,
-        C,
-        system.D,
-        inputs=system.input_labels,
-        outputs=system.output_labels,
-        states=system.state_labels,
-        name=system.name,
-    )
-
-
 def observer_reference(plant: GeneralisedPlant, K: Array, Kf: Array) -> Reference | None:
     """Return how the reference angle enters `observer_feedback`: by commanding the state.
 

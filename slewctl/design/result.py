@@ -193,7 +193,7 @@ class Controller(WithSystem):
     @property
     def sample_time(self) -> float:
         """T in s; zero for a continuous controller."""
-        return float(self.linear.dt or 0.0)
+        return self.linear.sample_time
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -252,7 +252,7 @@ def given(system: control.StateSpace, delay: float = 0.0) -> Controller:
     InputError
         For a sampled system without its sample time, or a delay of a continuous one.
     """
-    light = None if clock_unknown(system) else linear(system)
+    light = linear(system)
     if light is None:
         raise InputError(
             "the system's sample time is not known"

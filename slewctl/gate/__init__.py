@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from slewctl._lazy import attach
 
 if TYPE_CHECKING:
-    from slewctl.gate.fingerprint import version
     from slewctl.gate.run import check_designs, check_file, examine, skip_unchanged
 
 __all__ = [
@@ -13,7 +12,6 @@ __all__ = [
     "check_file",
     "examine",
     "skip_unchanged",
-    "version",
 ]
 
 __getattr__, __dir__ = attach(__name__, __file__)

@@ -4,22 +4,12 @@ from __future__ import annotations
 
 from functools import cache
 from hashlib import sha256
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as installed
 from pathlib import Path
 from platform import python_version
 
+from slewctl.versions import PROGRAMS, installed
+
 _PACKAGE = Path(__file__).parents[1]
-# Whatever computes a verdict; another version of it may come to another one.
-_PROGRAMS = ("slewctl", "numpy", "scipy", "control", "cvxpy", "clarabel")
-
-
-def version(package: str = "slewctl") -> str:
-    """Return the installed version of a package, or "unknown"."""
-    try:
-        return installed(package)
-    except PackageNotFoundError:
-        return "unknown"
 
 
 def fingerprint(text: str) -> str:
@@ -43,5 +33,5 @@ def _programs() -> str:
     for path in sorted(_PACKAGE.rglob("*.py")):
         code.update(path.relative_to(_PACKAGE).as_posix().encode() + b"\0")
         code.update(path.read_bytes())
-    versions = [f"python {python_version()}", *(f"{name} {version(name)}" for name in _PROGRAMS)]
+    versions = [f"python {python_version()}", *(f"{name} {installed(name)}" for name in PROGRAMS)]
     return "\n".join([*versions, code.hexdigest()])

@@ -11,7 +11,7 @@ from slewctl.loop.closed import Loop
 from slewctl.loop.sampled import SampledLoop
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
-from slewctl.numerics.linear_system import linear
+from slewctl.numerics.linear_system import clock_unknown, linear
 from slewctl.plant import Objective
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def close(model: Model, objective: Objective, controller: Controller | control.S
             where="close",
             remedy="give model, objective and controller in this order",
         )
-    if linear(controller) is not None:
+    if linear(controller) is not None or clock_unknown(controller):
         controller = given(controller)
     if not isinstance(controller, Controller):
         raise InputError(

@@ -68,6 +68,14 @@ class Curve:
         return np.asarray(phase - 360 * np.ceil(phase[0] / 360))
 
 
+def nichols_line(phase_deg: Array, gain_db: Array) -> tuple[Array, Array]:
+    """Return phases between −360° and 0° and gains, without a line from one edge to the other."""
+    turns = np.floor(phase_deg / 360)
+    gain = gain_db.copy()
+    gain[1:][np.diff(turns) != 0] = np.nan
+    return phase_deg - 360 * turns - 360, gain
+
+
 def curve(loop: Seen, points: int = 400, step: float = 0.15) -> Curve:
     """Return the return ratio of a loop from a tenth of its slowest pole to its last mode.
 
@@ -156,10 +164,7 @@ def _nyquist(loop: Seen, ax: Any) -> Any:
 
 def _nichols(loop: Seen, ax: Any) -> Any:
     ax, found = axes_or_new(ax), curve(loop)
-    turns = np.floor(found.phase_deg / 360)
-    gain = found.gain_db.copy()
-    gain[1:][np.diff(turns) != 0] = np.nan  # no line from one edge to the other
-    ax.plot(found.phase_deg - 360 * turns - 360, gain, lw=1.1)
+    ax.plot(*nichols_line(found.phase_deg, found.gain_db), lw=1.1)
     ax.plot([-180], [0], "+", color="C3", markersize=12)
     ax.set_xlim(-360, 0)
     ax.set_xticks(range(-360, 1, 45))

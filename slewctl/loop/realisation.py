@@ -17,7 +17,7 @@ from slewctl.loop.parts import state_space
 from slewctl.numerics.balance import balance
 from slewctl.numerics.bilinear import equivalent
 from slewctl.numerics.hinf_norm import Peak, peak_gain
-from slewctl.numerics.interconnect import diagonal
+from slewctl.numerics.interconnect import diagonal, parallel, series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import stability_threshold
 
@@ -80,22 +80,12 @@ class Realisation:
 
     def after(self, first: Realisation) -> Realisation:
         """Return the product self·first: `first` feeds this system."""
-        none = np.zeros((first.states, self.states))
-        return Realisation(
-            np.block([[first.A, none], [self.B @ first.C, self.A]]),
-            np.vstack([first.B, self.B @ first.D]),
-            np.hstack([self.D @ first.C, self.C]),
-            self.D @ first.D,
-        )
+        return Realisation(*series(first.system, self.system).matrices)
 
     def minus(self, other: Realisation) -> Realisation:
         """Return self − other, in parallel."""
-        return Realisation(
-            diagonal(self.A, other.A),
-            np.vstack([self.B, other.B]),
-            np.hstack([self.C, -other.C]),
-            self.D - other.D,
-        )
+        less = LinearSystem(other.A, other.B, -other.C, -other.D)
+        return Realisation(*parallel(self.system, less).matrices)
 
     def closed(self, K: Realisation) -> Realisation:
         """Return [I; K](I − GK)⁻¹[I G]: from what is added to y and u to y and u, u = Ky.

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from slewctl.errors import check_choice
 from slewctl.loop.parts import Plant, state_space
-from slewctl.numerics.h2_norm import discrete_h2_cost, h2_cost
+from slewctl.numerics.h2_norm import system_cost
 from slewctl.numerics.hinf_norm import peak_gain
-from slewctl.numerics.observability import pole_rounding
+from slewctl.numerics.observability import poles_and_growth
 
 
 def norm(system: Plant, p: float | str = 2) -> float:
@@ -47,18 +45,6 @@ def norm(system: Plant, p: float | str = 2) -> float:
     """
     kind = check_choice("inf" if p == math.inf else str(p), ("2", "inf"), "p")
     found = state_space(system, "norm")
-    if found.nstates:
-        poles, rounding = pole_rounding(found.A)
-        sampled = found.sample_time > 0
-        growth = np.abs(poles) - 1 if sampled else poles.real
-        if not np.max(growth + rounding) < 0:
-            return math.inf
-    if kind == "inf":
-        return peak_gain(found).value
-    if found.sample_time:
-        cost = discrete_h2_cost(*found.matrices) if found.nstates else None
-        value = float(np.sum(found.D**2)) if cost is None else cost.value
-        return math.sqrt(value)
-    if np.any(found.D):
+    if found.nstates and not poles_and_growth(found.A, found.sample_time)[1] < 0:
         return math.inf
-    return math.sqrt(h2_cost(found.A, found.B, found.C).value) if found.nstates else 0.0
+    return peak_gain(found).value if kind == "inf" else math.sqrt(system_cost(found).value)

@@ -1,4 +1,4 @@
-"""Systems as users give them, of python-control or of slewctl, read in one place."""
+"""Systems and matrices as users give them, of python-control or of slewctl, read in one place."""
 
 from __future__ import annotations
 
@@ -73,3 +73,15 @@ def _realised(system: control.TransferFunction, where: str) -> control.StateSpac
     import control  # loaded already: the system is one of its own
 
     return control.tf2ss(system)
+
+
+def read_matrix(value: object, name: str) -> Array:
+    """Return a matrix of finite numbers; refuse anything else."""
+    remedy = "give a matrix of finite numbers"
+    try:
+        matrix = np.atleast_2d(np.asarray(value, dtype=float))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{shown(value)} is no matrix", where=name, remedy=remedy) from error
+    if matrix.ndim != 2 or not matrix.size or not np.isfinite(matrix).all():
+        raise InputError("it is empty, or not finite", where=name, remedy=remedy)
+    return matrix

@@ -9,6 +9,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from slewctl._types import Array
 from slewctl.numerics.balance import balance_realisation, balance_system
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import solve_discrete_lyapunov
 
 
@@ -26,6 +27,19 @@ class H2Cost:
 
     value: float
     discrepancy: float
+
+
+def system_cost(system: LinearSystem) -> H2Cost:
+    """Return ‖G‖₂² of a stable system, continuous or sampled.
+
+    Infinite where white noise passes straight to an output of a continuous one.
+    """
+    A, B, C, D = system.matrices
+    if system.sample_time:
+        return discrete_h2_cost(A, B, C, D) if len(A) else H2Cost(float(np.sum(D**2)), 0.0)
+    if np.any(D):
+        return H2Cost(np.inf, 0.0)
+    return h2_cost(A, B, C) if len(A) else H2Cost(0.0, 0.0)
 
 
 def h2_cost(A: Array, B: Array, C: Array) -> H2Cost:

@@ -78,11 +78,7 @@ def lft(plant: LinearSystem, controller: LinearSystem) -> LinearSystem:
     (C1, C2), D = (plant.C[:z], plant.C[z:]), plant.D
     n, k = plant.nstates, controller.nstates
     # u = Dk (C₂ x + D₂₁ w + D₂₂ u) + Ck x_k, solved for u.
-    round_trip = Dk @ D[z:, w:]
-    left = np.eye(len(Dk)) - round_trip
-    smallest = np.linalg.svd(left, compute_uv=False).min(initial=np.inf)
-    if smallest <= 4 * np.finfo(float).eps * (1 + np.linalg.norm(round_trip)):
-        raise AlgebraicLoopError
+    left = _well_posed(Dk @ D[z:, w:])
     u = np.linalg.solve(left, np.hstack([Dk @ C2, Ck, Dk @ D[z:, :w]]))
     moved = np.hstack([plant.A, np.zeros((n, k)), B1]) + B2 @ u
     seen = np.hstack([C1, np.zeros((z, k)), D[:z, :w]]) + D[:z, w:] @ u
@@ -98,6 +94,49 @@ def lft(plant: LinearSystem, controller: LinearSystem) -> LinearSystem:
         inputs=plant.input_labels[:w],
         outputs=plant.output_labels[:z],
     )
+
+
+def behind_feedthrough(controller: LinearSystem, feedthrough: Array) -> LinearSystem:
+    """Return the controller that, given y, does what `controller` does given y − D u.
+
+    The loop of the one around a plant with the feedthrough D is the loop of the other around
+    the plant without (Zhou, Doyle and Glover, Robust and Optimal Control, section 17.2).
+
+    Parameters
+    ----------
+    controller : LinearSystem
+    feedthrough : ndarray, shape (measurements, controls)
+        D, of the plant.
+
+    Raises
+    ------
+    AlgebraicLoopError
+        If the feedthroughs of both make a loop without solution.
+    """
+    A, B, C, Dk = controller.matrices
+    # u = C x + Dk (y − D u), solved for u.
+    left = _well_posed(-Dk @ feedthrough)
+    C, Dk = (np.asarray(np.linalg.solve(left, rows), dtype=float) for rows in (C, Dk))
+    return LinearSystem(
+        A - B @ feedthrough @ C,
+        B - B @ feedthrough @ Dk,
+        C,
+        Dk,
+        controller.dt,
+        inputs=controller.input_labels,
+        outputs=controller.output_labels,
+        states=controller.state_labels,
+        name=controller.name,
+    )
+
+
+def _well_posed(round_trip: Array) -> Array:
+    """Return I − `round_trip`; refuse a loop without delay that has no solution."""
+    left = np.eye(len(round_trip)) - round_trip
+    smallest = np.linalg.svd(left, compute_uv=False).min(initial=np.inf)
+    if smallest <= 4 * np.finfo(float).eps * (1 + np.linalg.norm(round_trip)):
+        raise AlgebraicLoopError
+    return left
 
 
 def closed_matrix(A: Array, B: Array, C: Array, controller: Matrices) -> Array:

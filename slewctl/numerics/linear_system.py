@@ -142,11 +142,11 @@ def of_kind(system: object, kind: Literal["StateSpace", "TransferFunction"]) -> 
 def linear(system: Any) -> LinearSystem | None:
     """Return a state space of either form as a `LinearSystem`; None if it is none.
 
-    The sample time must be known: see `clock_unknown`.
+    Without a known sample time (see `clock_unknown`) it is none either.
     """
     if isinstance(system, LinearSystem):
         return system
-    if not of_kind(system, "StateSpace"):
+    if not of_kind(system, "StateSpace") or clock_unknown(system):
         return None
     return LinearSystem(
         system.A, system.B, system.C, system.D, system.dt,
@@ -191,7 +191,7 @@ class _Given:
 
     def __set__(self, owner: Any, system: Any) -> None:
         kept = vars(owner)
-        kept["_linear"] = None if clock_unknown(system) else linear(system)
+        kept["_linear"] = linear(system)
         if not isinstance(system, LinearSystem):
             kept["_given"] = system
 

@@ -34,6 +34,26 @@ def pole_rounding(A: Array) -> tuple[ComplexArray, Array]:
     return values.astype(complex), 4 * len(A) * np.finfo(float).eps * moved
 
 
+def poles_and_growth(A: Array, sample_time: float) -> tuple[ComplexArray, float]:
+    """Return the poles, and how far one of them may be beyond the edge of stability.
+
+    Parameters
+    ----------
+    A : ndarray, shape (n, n)
+    sample_time : float
+        Zero for continuous time, where the edge is the axis; else it is the unit circle.
+
+    Returns
+    -------
+    tuple of ndarray and float
+        The second is negative if every pole is stable by more than rounding; −inf without poles.
+    """
+    poles, rounding = pole_rounding(A)
+    size = np.abs(poles) if sample_time else poles.real
+    growth = float(np.max(size + rounding, initial=-np.inf))
+    return poles, growth - 1 if sample_time else growth
+
+
 def unobservable_modes(
     A: Array, C: Array, *, sampled: bool = False, only_on_the_edge: bool = False
 ) -> ComplexArray:

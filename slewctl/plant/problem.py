@@ -88,7 +88,7 @@ class GeneralisedPlant(Described, WithSystem):
     @property
     def sample_time(self) -> float:
         """T in s of a sampled plant; zero for a continuous one."""
-        return float(self.linear.dt or 0.0)
+        return self.linear.sample_time
 
     @property
     def actuator(self) -> str:
@@ -222,13 +222,16 @@ class GeneralisedPlant(Described, WithSystem):
             If the controller takes other signals than the plant's sensors, commands another
             actuator, or makes a loop without delay that has no solution (I − D_k D₂₂ singular).
         """
+        return alike(controller, self.closed(controller))
+
+    def closed(self, controller: object) -> LinearSystem:
+        """Return what `close` returns, without python-control."""
         fitting = self.fitting(controller, self.sample_time or None)
         try:
-            closed = lft(self.linear, fitting)
+            loop = lft(self.linear, fitting)
         except AlgebraicLoopError as error:
             raise ill_posed() from error
-        closed = closed.named(name=f"{self.linear.name}_closed")
-        return alike(controller, closed)
+        return loop.named(name=f"{self.linear.name}_closed")
 
     def fitting(self, controller: object, sample_time: float | None = None) -> LinearSystem:
         """Return a controller; refuse one that does not fit the plant or has another clock.
@@ -245,7 +248,7 @@ class GeneralisedPlant(Described, WithSystem):
             As `close`.
         """
         clock = "continuous-time" if sample_time is None else f"{sample_time:g} s sampled"
-        system = None if clock_unknown(controller) else linear(controller)
+        system = linear(controller)
         if system is None or system.sample_time != (sample_time or 0.0):
             raise InputError(
                 f"{shown(controller)} is not a {clock} StateSpace",

@@ -29,11 +29,11 @@ from scipy.linalg import block_diag
 from slewctl._show import Described
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_choice, check_count, shown
+from slewctl.numerics.interconnect import behind_feedthrough
 from slewctl.numerics.linear_system import (
     LinearSystem,
     WithSystem,
     alike,
-    clock_unknown,
     holding_light,
     linear,
 )
@@ -119,32 +119,20 @@ class Reduced(Described, WithSystem):
         D = self.feedthrough
         if D.size == 0:
             return controller
-        light = None if clock_unknown(controller) else linear(controller)
+        light = linear(controller)
         if light is None or light.D.shape != D.T.shape:
             raise InputError(
                 f"{shown(controller)} is no controller from {len(D)} sensors to one actuator",
                 where="corrected",
                 remedy="give the system of a design on this reduced plant",
             )
-        A, B, C, Dk = light.matrices
-        loop = float(1 + (Dk @ D)[0, 0])
-        if abs(loop) <= np.sqrt(np.finfo(float).eps):
+        if abs(1 + (light.D @ D)[0, 0]) <= np.sqrt(np.finfo(float).eps):
             raise InputError(
                 "the controller's feedthrough and the plant's make a loop without solution",
                 where="corrected",
                 remedy="use a strictly proper controller",
             )
-        C, Dk = C / loop, Dk / loop
-        corrected = LinearSystem(
-            A - B @ D @ C,
-            B - B @ D @ Dk,
-            C,
-            Dk,
-            inputs=light.input_labels,
-            outputs=light.output_labels,
-            states=light.state_labels,
-            name=f"{light.name}_corrected",
-        )
+        corrected = behind_feedthrough(light, D).named(name=f"{light.name}_corrected")
         return alike(controller, corrected)
 
 

@@ -127,11 +127,7 @@ def nichols_figure(result: CaseResult, name: str) -> str:
     fig, axes = figure(size=(7.2, 3.8))
     ax = axes[0]
     for i, curve in enumerate(result.curves):
-        turns = np.floor(curve.phase_deg / 360)
-        wrapped = curve.phase_deg - 360 * turns - 360
-        gain = curve.gain_db.copy()
-        gain[1:][np.diff(turns) != 0] = np.nan
-        ax.plot(wrapped, gain, lw=1.1, label=_label(curve), **style(curve.basis, i))
+        ax.plot(*curve.nichols, lw=1.1, label=_label(curve), **style(curve.basis, i))
     ax.plot([-180], [0], "+", color=ALARM, markersize=14, markeredgewidth=2)
     ax.set_xlim(-360, 0)
     ax.set_xticks(range(-360, 1, 45))

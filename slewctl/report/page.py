@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from importlib.metadata import version
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
 from slewctl.escape import markdown, visible
+from slewctl.versions import installed
 
 _PACKAGES = ("slewctl", "numpy", "scipy", "control", "matplotlib")
 
@@ -43,7 +43,7 @@ def _visible(value: Any) -> Any:
 
 def versions() -> dict[str, str]:
     """Return the versions of the packages that the numbers depend on."""
-    return {name: version(name) for name in _PACKAGES}
+    return {name: installed(name) for name in _PACKAGES}
 
 
 def number(value: float | None, digits: int = 4) -> str:

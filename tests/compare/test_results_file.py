@@ -20,8 +20,8 @@ from hypothesis import strategies as st
 
 from slewctl.compare.study.results_file import rows
 from slewctl.compare.study.sweep import Piece, sweep
-from slewctl.compare.study.versions import versions
 from slewctl.errors import InputError
+from slewctl.versions import versions
 
 COUNT = 6
 STAMP = {"study": "ä" * 20}

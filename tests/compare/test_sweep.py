@@ -23,8 +23,8 @@ from heed_signals import heed_signals
 from slewctl.compare.study.processes import Processes
 from slewctl.compare.study.results_file import rows
 from slewctl.compare.study.sweep import Piece, WorkerDiedError, _limited, sweep
-from slewctl.compare.study.versions import versions
 from slewctl.errors import InputError
+from slewctl.versions import versions
 
 STAMP = {"study": "a"}
 

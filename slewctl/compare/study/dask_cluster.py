@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from slewctl.compare.study.sweep import WorkerDiedError
-from slewctl.compare.study.versions import difference, versions
 from slewctl.errors import InputError, shown
+from slewctl.versions import difference, versions
 
 # Seconds in which a scheduler, and a first worker, must answer.
 _TIMEOUT = 10

@@ -21,8 +21,8 @@ from pathlib import Path
 from sys import intern
 from typing import Any, overload
 
-from slewctl.compare.study.versions import difference, versions
 from slewctl.errors import InputError
+from slewctl.versions import difference, versions
 
 FORMAT = "slewctl-sweep-2"
 # Damaged lines that are named one by one.

@@ -28,8 +28,8 @@ from typing import Any
 from slewctl._threads import one_thread
 from slewctl.compare.study.processes import Processes
 from slewctl.compare.study.results_file import Notice, Row, results_file
-from slewctl.compare.study.versions import difference, versions
 from slewctl.errors import InputError, SlewctlError
+from slewctl.versions import difference, versions
 
 # Pieces handed out for each worker before the first comes back: enough that none waits.
 _IN_FLIGHT_PER_WORKER = 3

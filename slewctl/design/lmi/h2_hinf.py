@@ -27,10 +27,11 @@ from slewctl.design.lmi.blocks import largest
 from slewctl.design.lmi.output_feedback import Channel, OutputFeedback, OutputProblem, solve_output
 from slewctl.design.lmi.separation_principle import Innovations, innovations
 from slewctl.design.lmi.state_feedback import NOISE_FLOOR, Dynamics, covariance
-from slewctl.design.observer import for_feedthrough, observer_feedback
+from slewctl.design.observer import observer_feedback
 from slewctl.design.result import Controller, Guarantee, finished
 from slewctl.errors import DesignError, check_given, check_positive
 from slewctl.numerics.hinf_norm import peak_gain
+from slewctl.numerics.interconnect import behind_feedthrough
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant, check_plant, signal
 
@@ -323,7 +324,7 @@ def _system(both: Innovations, found: OutputFeedback) -> LinearSystem:
         outputs=[plant.actuator],
         name="h2_hinf",
     )
-    return for_feedthrough(plant, both.scaled.controller(system))
+    return behind_feedthrough(both.scaled.controller(system), plant.D22)
 
 
 def _impossible(

@@ -27,9 +27,9 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.design.lmi.clarabel import solve
 from slewctl.design.lmi.h2_problem import H2Setting, Realised, finished_h2, h2_setting, observer
-from slewctl.design.observer import for_feedthrough
 from slewctl.design.result import Controller
 from slewctl.errors import AccuracyError, check_positive
+from slewctl.numerics.interconnect import behind_feedthrough
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant
 
@@ -262,7 +262,7 @@ def _reconstructed(joint: JointH2Problem) -> tuple[Realised, tuple[Array, Array]
         name="h2_lmi",
     )
     made = Realised(
-        for_feedthrough(joint.plant, joint.setting.scaled.controller(system)),
+        behind_feedthrough(joint.setting.scaled.controller(system), joint.plant.D22),
         None,
         "u = K(s) y of the variables Â, B̂ and Ĉ",
     )

@@ -43,9 +43,9 @@ from slewctl.design.placement.wishes import (
     wished,
 )
 from slewctl.design.result import Check, Controller, finished
-from slewctl.design.riccati.gains import as_matrix
 from slewctl.errors import AccuracyError, DesignError, InputError, check_positive
-from slewctl.numerics.linear_system import clock_unknown, linear
+from slewctl.numerics.given_system import read_matrix
+from slewctl.numerics.linear_system import linear
 from slewctl.plant import GeneralisedPlant
 
 Pole = complex | Sequence[float]
@@ -205,10 +205,10 @@ def place(plant: Any, *given: Any) -> Array:
         energy: ScaledPlant | Balanced = scaled(plant)
         actuator = plant.actuator
     else:
-        system = None if clock_unknown(plant) else linear(plant)
+        system = linear(plant)
         if system is None:
             B, poles = exactly(given, "B and the poles")
-            energy = Balanced.of(as_matrix(plant, "A"), as_matrix(B, "B"))
+            energy = Balanced.of(read_matrix(plant, "A"), read_matrix(B, "B"))
         else:
             (poles,) = exactly(given, "the poles")
             energy = Balanced.of(system.A, system.B)

@@ -17,6 +17,7 @@ from slewctl._types import Array, ComplexArray
 from slewctl.design.breakdown import guarded
 from slewctl.design.riccati.lqr_kalman import Plain, optimal_feedback, optimal_filter
 from slewctl.errors import InputError, shown
+from slewctl.numerics.given_system import read_matrix
 from slewctl.numerics.linear_system import clock_unknown, linear
 from slewctl.numerics.matrix_equations import RiccatiSolution
 from slewctl.plant import GeneralisedPlant
@@ -161,7 +162,7 @@ def kalman(plant: Any, *given: Any, W: Any = None, V: Any = None) -> QuadraticGa
             "W and V belong to a generalised plant", where="kalman", remedy="give QN and RN"
         )
     QN, RN = _named(rest, (None, None), ("QN", "RN"), "kalman")
-    noise = as_matrix(QN, "QN")
+    noise = read_matrix(QN, "QN")
     if noise.shape != (G.shape[1], G.shape[1]):
         raise InputError(
             f"the noise has shape {noise.shape}",
@@ -206,7 +207,7 @@ class _OfDiscreteTime:
 
 
 def _discrete(plant: object, where: str) -> object:
-    system = linear(plant) if not clock_unknown(plant) else None
+    system = linear(plant)
     if system is None and not isinstance(plant, GeneralisedPlant):
         return _OfDiscreteTime(plant)
     step = plant.sample_time if isinstance(plant, GeneralisedPlant) else system and system.dt
@@ -242,9 +243,9 @@ def _system(
             where=where,
             remedy="give a plant, a system, or matrices in the order of python-control",
         )
-    A = as_matrix(first, "A")
+    A = read_matrix(first, "A")
     n = len(A)
-    found = [as_matrix(matrix, name) for matrix, name in zip(rest, names, strict=False)]
+    found = [read_matrix(matrix, name) for matrix, name in zip(rest, names, strict=False)]
     shapes = {"A": (n, n), "B": (n, -1), "G": (n, -1), "C": (-1, n)}
     for matrix, name in zip([A, *found], ["A", *names], strict=True):
         wanted = shapes[name]
@@ -256,18 +257,6 @@ def _system(
                 "of C be as many",
             )
     return A, found[0], found[1] if len(found) > 1 else None, step, rest[len(names) :]
-
-
-def as_matrix(value: object, name: str) -> Array:
-    """Return a matrix of finite numbers; refuse anything else."""
-    remedy = "give a matrix of finite numbers"
-    try:
-        matrix = np.atleast_2d(np.asarray(value, dtype=float))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{shown(value)} is no matrix", where=name, remedy=remedy) from error
-    if matrix.ndim != 2 or not matrix.size or not np.isfinite(matrix).all():
-        raise InputError("it is empty, or not finite", where=name, remedy=remedy)
-    return matrix
 
 
 def _nothing(given: tuple[Any, ...], where: str, names: str) -> None:

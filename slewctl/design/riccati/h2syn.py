@@ -14,11 +14,11 @@ from slewctl.design.riccati.discrete_lqg import SampledOptimum
 from slewctl.design.riccati.lqr_kalman import Plain, weighted_feedback, weighted_filter
 from slewctl.errors import AccuracyError, DesignError, InputError, check_count
 from slewctl.numerics.given_system import read_system
-from slewctl.numerics.h2_norm import discrete_h2_cost, h2_cost
-from slewctl.numerics.interconnect import AlgebraicLoopError, lft
+from slewctl.numerics.h2_norm import system_cost
+from slewctl.numerics.interconnect import AlgebraicLoopError, behind_feedthrough, lft
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import RiccatiSolution
-from slewctl.numerics.observability import pole_rounding
+from slewctl.numerics.observability import poles_and_growth
 from slewctl.plant import ill_posed
 
 if TYPE_CHECKING:
@@ -80,7 +80,11 @@ def h2syn(P: control.StateSpace, nmeas: int, ncon: int) -> control.StateSpace:
             + np.trace(missed @ observer.X @ missed.T)
         )
     whole = LinearSystem(inner.A, inner.B, inner.C, inner.D + straight, plant.system.dt)
-    found = _meeting(whole, plant.D22).named(plant.sensors, plant.actuators, name="h2syn")
+    try:
+        meeting = behind_feedthrough(whole, plant.D22)
+    except AlgebraicLoopError as error:
+        raise ill_posed() from error
+    found = meeting.named(plant.sensors, plant.actuators, name="h2syn")
     _verify(plant.system, found, cost)
     return found.to_control()
 
@@ -203,35 +207,16 @@ def _solutions(plant: _Partitioned) -> tuple[RiccatiSolution, RiccatiSolution]:
     )
 
 
-def _meeting(system: LinearSystem, D22: Array) -> LinearSystem:
-    """Return the controller that meets a plant as `system` meets it without its D₂₂."""
-    left = np.eye(len(D22)) + D22 @ system.D
-    if np.linalg.svd(left, compute_uv=False).min() <= 4 * np.finfo(float).eps:
-        raise ill_posed()
-    # y₀ = y − D₂₂ u and u = C x + D y₀, solved for y₀.
-    seen, given = -np.linalg.solve(left, D22 @ system.C), np.linalg.inv(left)
-    return LinearSystem(
-        system.A + system.B @ seen,
-        system.B @ given,
-        system.C + system.D @ seen,
-        system.D @ given,
-        system.dt,
-    )
-
-
 def _verify(plant: LinearSystem, controller: LinearSystem, cost: float) -> None:
     """Refuse a controller that, closed around the plant as given, is not what it should be."""
     try:
         loop = lft(plant, controller)
     except AlgebraicLoopError as error:
         raise ill_posed() from error
-    poles, rounding = pole_rounding(loop.A)
-    growth = np.abs(poles) - 1 if loop.sample_time else poles.real
-    stable = bool(np.max(growth + rounding) < 0)
-    if stable and loop.sample_time:
-        reached = discrete_h2_cost(*loop.matrices).value
-    elif stable:
-        reached = h2_cost(loop.A, loop.B, loop.C).value
+    # Of a D₁₁ that was cancelled rounding is left, which is no feedthrough.
+    D = loop.D if loop.sample_time else np.zeros_like(loop.D)
+    stable = poles_and_growth(loop.A, loop.sample_time)[1] < 0
+    reached = system_cost(LinearSystem(loop.A, loop.B, loop.C, D, loop.dt)).value if stable else 0.0
     if not stable or not abs(reached - cost) <= _AGREED * abs(cost):
         what = "does not stabilise its plant" if not stable else "is not as good as it should be"
         raise AccuracyError(

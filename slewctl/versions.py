@@ -7,14 +7,15 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
-_PACKAGES = ("slewctl", "numpy", "scipy", "control", "cvxpy", "clarabel")
+# By the names under which they are installed: another version may come to other digits.
+PROGRAMS = ("slewctl", "numpy", "scipy", "control", "cvxpy-base", "clarabel")
 
 
 @cache
 def versions() -> Mapping[str, str]:
     """Return the versions of Python, to its minor one, of slewctl and of what it computes with."""
     python = ".".join(platform.python_version_tuple()[:2])
-    return {"python": python} | {name: _version(name) for name in _PACKAGES}
+    return {"python": python} | {name: installed(name) for name in PROGRAMS}
 
 
 def difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
@@ -26,7 +27,8 @@ def difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
     )
 
 
-def _version(package: str) -> str:
+def installed(package: str = "slewctl") -> str:
+    """Return the installed version of a package, or "unknown"."""
     try:
         return version(package)
     except PackageNotFoundError:  # run from its source
