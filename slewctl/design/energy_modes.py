@@ -7,11 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, schur
+from scipy.linalg import block_diag
 
 from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.errors import AccuracyError
 from slewctl.numerics.balance import balance
+from slewctl.numerics.ordered_schur import nearest_of, ordered_schur
 
 Indices = NDArray[np.intp]
 
@@ -244,13 +245,8 @@ def _invariant_basis(
         columns = v.real[:, None] if len(group) == 1 else np.column_stack([v.real, v.imag])
         return np.linalg.qr(columns)[0]
     # Poles that rounding may have moved: their eigenvectors are not to be trusted one by one.
-    chosen = {int(i) for i in group}
-
-    def first(re: float, im: float) -> bool:
-        return int(np.argmin(np.abs(values - (re + 1j * im)))) in chosen
-
     try:
-        _, Z, count = schur(A, output="real", sort=first)
+        _, Z, count = ordered_schur(A, nearest_of(values, group))
     except np.linalg.LinAlgError as error:
         raise _inseparable() from error
     if count != len(group):

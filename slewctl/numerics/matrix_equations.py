@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import (
     LinAlgError,
-    schur,
     solve_continuous_are,
     solve_continuous_lyapunov,
     solve_triangular,
@@ -22,6 +21,7 @@ from scipy.linalg import (
 from slewctl._types import Array
 from slewctl.errors import AccuracyError
 from slewctl.numerics.balance import balance
+from slewctl.numerics.ordered_schur import ordered_schur
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,9 @@ def _of_hamiltonian(A: Array, B: Array, Q: Array) -> Array | None:
     """Return the solution spanned by the Hamiltonian's stable subspace, if it has one."""
     n = len(A)
     try:
-        _, U, stable = schur(np.block([[A, -B @ B.T], [-Q, -A.T]]), sort="lhp")
+        _, U, stable = ordered_schur(
+            np.block([[A, -B @ B.T], [-Q, -A.T]]), lambda poles: poles.real < 0
+        )
         X = np.linalg.solve(U[:n, :n].T, U[n:, :n].T) if stable == n else None
     except LinAlgError:
         return None

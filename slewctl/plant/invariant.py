@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError, InputError
+from slewctl.numerics.ordered_schur import nearest_of, ordered_schur
 
 # A double pole at the origin is computed with an error of up to √ε‖A‖.
 _AT_ORIGIN = 1e-7
@@ -145,11 +146,7 @@ def _clusters(
 
 def _invariant(A: Array, poles: ComplexArray, cluster: tuple[int, ...]) -> Array:
     """Return an orthonormal basis of the invariant subspace of some poles of A."""
-
-    def inside(real: float, imaginary: float) -> bool:
-        return int(np.argmin(np.abs(poles - complex(real, imaginary)))) in cluster
-
-    _, Z, found = schur(A, output="real", sort=inside)
+    _, Z, found = ordered_schur(A, nearest_of(poles, cluster))
     if found != len(cluster):
         raise AccuracyError(
             "poles that coincide could not be told from others close by",
@@ -178,13 +175,12 @@ def _rigid_subspace(A: Array, largest: float, rigid: BoolArray, size: float) -> 
     limit = largest * (1 + 1e-6) + np.finfo(float).eps * size
     # An ordered Schur form: the eigenvectors of a pole near the origin and of one at it are
     # almost parallel, the plane that they span is well defined all the same.
-
-    def slow(real: float, imaginary: float) -> bool:
-        magnitude = np.hypot(real, imaginary)
-        at_origin = magnitude <= _AT_ORIGIN * size
-        return bool(at_origin or (imaginary == 0 and magnitude <= limit))
-
-    T, Z, found = schur(A, output="real", sort=slow)
+    T, Z, found = ordered_schur(
+        A,
+        lambda poles: (
+            (np.abs(poles) <= _AT_ORIGIN * size) | (poles.imag == 0) & (np.abs(poles) <= limit)
+        ),
+    )
     if found != count:
         raise AccuracyError(
             "the rigid-body poles could not be told from the flexible ones",

@@ -27,6 +27,7 @@ from scipy.linalg import LinAlgError, eig, schur
 from slewctl._types import Array, ComplexArray
 from slewctl.design.placement.pole_pairs import LonePole, OpenLoop, PolePair, Roots
 from slewctl.errors import AccuracyError
+from slewctl.numerics.ordered_schur import nearest_of, ordered_schur
 
 # Poles that an input moves by less than this fraction of its reach are out of it.
 _OUT_OF_REACH = 1e-11
@@ -177,12 +178,8 @@ def _part(loop: OpenLoop, B: Array, modes: Sequence[int]) -> tuple[Array, Array,
         return loop.A, B, np.eye(n)
     chosen = np.array([mode in modes for mode, pair in enumerate(loop.pairs) for _ in pair.poles])
     roots = np.array([pole for pair in loop.pairs for pole in pair.poles])
-
-    def first(re: complex, im: float = 0.0) -> bool:
-        return bool(chosen[np.argmin(np.abs(roots - (re + 1j * im)))])
-
     try:
-        T, W, count = schur(loop.A.T, output="real", sort=first)
+        T, W, count = ordered_schur(loop.A.T, nearest_of(roots, np.flatnonzero(chosen)))
     except LinAlgError as error:
         raise _inseparable() from error
     if count != chosen.sum():

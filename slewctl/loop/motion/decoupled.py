@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError
 from slewctl.numerics.balance import balance
+from slewctl.numerics.ordered_schur import nearest_of, ordered_complex_schur
 
 # Largest condition numbers of an eigenvalue that stands alone: if too much is lost with one
 # of them the next is tried.
@@ -187,12 +188,7 @@ def _linked(values: ComplexArray, nearness: float) -> list[IntArray]:
 
 def _block(A: Array, values: ComplexArray, group: IntArray) -> Part | None:
     """Return the block of a group of the eigenvalues of A; None if it is not well conditioned."""
-    member = np.isin(np.arange(len(values)), group)
-
-    def chosen(z: complex) -> bool:
-        return bool(member[np.argmin(np.abs(values - z))])
-
-    T, U, k = schur(A, output="complex", sort=chosen)  # type: ignore[call-overload]
+    T, U, k = ordered_complex_schur(A, nearest_of(values, group))
     if k != len(group):
         return None
     if k < len(A):

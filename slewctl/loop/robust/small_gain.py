@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import schur, solve_sylvester
+from scipy.linalg import solve_sylvester
 
 from slewctl._threads import single_threaded
 from slewctl._types import ComplexArray
@@ -31,6 +31,7 @@ from slewctl.model.assembly import check_model
 from slewctl.numerics.frequency_response import FrequencyResponse
 from slewctl.numerics.interconnect import diagonal
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.ordered_schur import ordered_schur
 from slewctl.plant import generalised_plant
 
 # Poles this much slower than the first flexible mode are at the origin.
@@ -277,7 +278,7 @@ def _modes(P: Realisation, model: Model) -> tuple[Realisation, tuple[Realisation
     """
     origin = _ORIGIN * float(model.omega[0])
     size = int(np.sum(np.abs(P.poles) <= origin))
-    T, Z, _ = schur(P.A, output="real", sort=lambda re, im: bool(np.hypot(re, im) <= origin))
+    T, Z, _ = ordered_schur(P.A, lambda poles: np.abs(poles) <= origin)
     B, C = Z.T @ P.B, P.C @ Z
     # T = [[T₁, T₁₂], [0, T₂]]: with Y from a Sylvester equation the two parts separate.
     Y = solve_sylvester(T[:size, :size], -T[size:, size:], -T[:size, size:])
