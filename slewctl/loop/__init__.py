@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from slewctl._lazy import attach
 
 if TYPE_CHECKING:
-    from slewctl.loop.closed import Loop, UnstableLoopError
+    from slewctl.loop.closed import Loop
     from slewctl.loop.connect import close
     from slewctl.loop.margin_functions import hybrid_delay_margin
     from slewctl.loop.motion.large_slew import Swing, simulate_swing
@@ -37,9 +37,11 @@ if TYPE_CHECKING:
         spillover,
     )
     from slewctl.loop.sampled import SampledLoop
-    from slewctl.loop.single.classical_margins import Crossing, Margins, classical_margins
+    from slewctl.loop.single.classical_margins import classical_margins
     from slewctl.loop.single.hybrid_delay import HybridDelay
+    from slewctl.loop.single.margin_results import Crossing, Margins
     from slewctl.loop.single.perturbation import Perturbation
+    from slewctl.loop.single.stability import UnstableLoopError
     from slewctl.loop.system_norm import norm
     from slewctl.numerics.frequency_response import FrequencyResponse
     from slewctl.numerics.hinf_norm import Peak, peak_gain

@@ -11,12 +11,14 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.design import Controller
-from slewctl.errors import SlewctlError
 from slewctl.loop.curves import draw
-from slewctl.loop.parts import Pair
-from slewctl.loop.single.classical_margins import Margins, classical_margins
+from slewctl.loop.parts import Pair, negated
+from slewctl.loop.single.classical_margins import classical_margins
+from slewctl.loop.single.factored_loop import FactoredLoop, factored
+from slewctl.loop.single.margin_results import Margins
 from slewctl.loop.single.mode_names import Modes, modes_of_pair
 from slewctl.loop.single.return_ratio import BrokenLoop
+from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.loop.tracking import tracking_controller, tracking_loop
 from slewctl.model import Model
 from slewctl.numerics.frequency_response import FrequencyResponse
@@ -28,10 +30,6 @@ from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
 
 if TYPE_CHECKING:
     import control
-
-
-class UnstableLoopError(SlewctlError):
-    """Something was asked of an unstable loop that only a stable one has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +134,11 @@ class Loop:
         return np.linalg.eigvals(np.asarray(self.opened.A)).astype(complex)
 
     @cached_property
+    def factors(self) -> FactoredLoop:
+        """L as plant and controller."""
+        return factored(self._path, negated(self.controller.linear))
+
+    @cached_property
     def margins(self) -> Margins:
         """Classical margins at the actuator.
 
@@ -145,7 +148,7 @@ class Loop:
             An unstable loop has no margin.
         """
         self.require_stable("margins")
-        return classical_margins(self.opened, modes=self.modes)
+        return classical_margins(self.opened, modes=self.modes, factors=self.factors)
 
     @cached_property
     def modes(self) -> Modes:

@@ -11,7 +11,7 @@ import numpy as np
 from slewctl._show import axes_or_new
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_choice
-from slewctl.loop.single.classical_margins import Margins
+from slewctl.loop.single.margin_results import Margins
 from slewctl.model import Model
 
 # A lightly damped zero is this much narrower than the distance of the first points.

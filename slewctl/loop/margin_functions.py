@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from slewctl._threads import single_threaded
-from slewctl._types import ComplexArray
 from slewctl.design import Controller
 from slewctl.errors import InputError, check_nonnegative, check_number
-from slewctl.loop.closed import Loop, UnstableLoopError
+from slewctl.loop.closed import Loop
 from slewctl.loop.parts import (
     Pair,
     Plant,
@@ -18,20 +15,19 @@ from slewctl.loop.parts import (
     paired,
     state_space,
 )
-from slewctl.loop.single.classical_margins import Margins, check_single, classical_margins
+from slewctl.loop.single.classical_margins import classical_margins
+from slewctl.loop.single.factored_loop import factored
 from slewctl.loop.single.hybrid_delay import (
     HybridDelay,
     delayed_loop,
     fastest_that_matters,
+    held_plant,
     smallest_delay,
 )
+from slewctl.loop.single.margin_results import Margins
 from slewctl.loop.single.mode_names import modes_of_pair
-from slewctl.loop.single.return_ratio import BrokenLoop
+from slewctl.loop.single.stability import check_single, require_stable
 from slewctl.numerics.interconnect import series
-from slewctl.numerics.linear_system import LinearSystem
-
-# A pole that neither input nor output of L reaches by more than this, relative, is hidden.
-_HIDDEN = 1e-9
 
 
 @single_threaded
@@ -66,7 +62,8 @@ def margins(
     skew : float
         σ of the disk margin (Seiler, Packard and Gahinet 2020); zero is balanced.
     delay : float
-        In s, of a sampled controller around a continuous plant: from the sample to the input
+        Dead time in s: of a continuous loop, anywhere in it and exact, no Padé approximation;
+        of a sampled controller around a continuous plant, from the sample to the input
         computed from it.  A `Controller` brings its own, to which this is added.
 
     Returns
@@ -84,26 +81,32 @@ def margins(
     """
     check_number(skew, "skew")
     late = check_nonnegative(delay, "delay")
-    if controller is None and late:
-        raise InputError(
-            "a delay belongs to a sampled controller of a continuous plant, and none is given",
-            where="delay",
-            remedy="give plant and controller, or put the delay into the loop",
-        )
     if isinstance(plant, Loop):
         if controller is not None:
             raise _has_its_own("margins")
-        return _of_closed(plant, sign, skew)
+        if not late:
+            return _of_closed(plant, sign, skew)
+        feedback_sign(sign, plant.controller)
+        return margins(plant.plant, plant.controller, skew=skew, delay=late)
     if controller is None:
         loop = state_space(plant, "plant")
         check_single(loop)
-        loop, named = loop if feedback_sign(sign) < 0 else negated(loop), None
+        loop = loop if feedback_sign(sign) < 0 else negated(loop)
+        _continuous_if(late, loop.sample_time)
+        return classical_margins(loop, skew=skew, factors=factored(loop, None, late))
+    pair = _single(paired(plant, controller, sign))
+    late += _own_delay(controller)
+    own, clock = pair.clocks
+    named = modes_of_pair(pair, late)
+    if clock and not own:
+        path = held_plant(pair.plant, clock, late)
+        late = 0.0
     else:
-        pair = _single(paired(plant, controller, sign))
-        late += _own_delay(controller)
-        loop, named = _return_ratio(pair, late), modes_of_pair(pair, late)
-    require_stable(loop)
-    return classical_margins(loop, skew=skew, modes=named)
+        _continuous_if(late, own)
+        path = pair.on_one_clock().plant
+    factors = factored(path, pair.negative, late)
+    loop = series(path, pair.negative)
+    return classical_margins(loop, skew=skew, modes=named, factors=factors)
 
 
 def hybrid_delay_margin(
@@ -174,21 +177,17 @@ def _of_closed(loop: Loop, sign: int | None, skew: float) -> Margins:
     loop.require_stable("margins")
     if skew == 0:
         return loop.margins
-    return classical_margins(loop.opened, skew=skew, modes=loop.modes)
+    return classical_margins(loop.opened, skew=skew, modes=loop.modes, factors=loop.factors)
 
 
-def _return_ratio(pair: Pair, late: float) -> LinearSystem:
-    """Return L = K·G, broken at the plant's input, with every state of both."""
-    plant, controller = pair.clocks
-    if controller and not plant:
-        return delayed_loop(pair.plant, pair.negative, late)(0.0)
-    if late:
+def _continuous_if(late: float, clock: float) -> None:
+    """Refuse a delay of a loop that has but one clock."""
+    if late and clock:
         raise InputError(
-            "only a sampled controller of a continuous plant has a delay of its own",
+            "a sampled loop is delayed by whole samples alone",
             where="delay",
-            remedy="put the delay into the plant, or compare margins.delay_s with it",
+            remedy="put z**-k into the loop, or compare margins.delay_s with the delay",
         )
-    return series(pair.on_one_clock().plant, pair.negative)
 
 
 def _single(pair: Pair) -> Pair:
@@ -204,52 +203,3 @@ def _single(pair: Pair) -> Pair:
 
 def _own_delay(controller: object) -> float:
     return controller.delay if isinstance(controller, Controller) else 0.0
-
-
-def require_stable(loop: LinearSystem) -> None:
-    """Raise `UnstableLoopError` with the poles that are not stable, and which are hidden."""
-    check_single(loop)
-    broken = BrokenLoop(loop)
-    if 1 + broken.D == 0 or not broken.unstable(1.0)[1]:
-        return  # 1 + D = 0 is refused in its own words
-    poles = broken.poles
-    growth = broken.growth(poles)
-    bad = poles[(growth >= min(0.0, float(growth.max()))) & (poles.imag >= 0)]
-    hidden = [pole for pole in bad if _hidden(broken, pole)]
-    remedy = "change the design; the loop's poles say where it fails"
-    what = f"the closed loop is not stable: {_listed(broken, bad)}"
-    if hidden:
-        what += (
-            f"; {_listed(broken, np.array(hidden))} is hidden: plant and controller cancel it, "
-            "so that it does not show in L and no feedback moves it"
-        )
-        remedy = "do not cancel poles that are not stable"
-    elif broken.stable_if_reversed:
-        what += "; with the opposite sign of the feedback it is stable"
-        remedy = "look at `sign`: it is -1, negative feedback, unless told otherwise"
-    raise UnstableLoopError(what, where="margins", remedy=remedy)
-
-
-def _hidden(loop: BrokenLoop, pole: complex) -> bool:
-    """Whether input or output of L does not reach a pole (Popov–Belevitch–Hautus)."""
-    size = max(float(np.linalg.norm(loop.A, 2)), float(np.finfo(float).tiny))
-    shifted = (loop.A - pole * np.eye(len(loop.A))) / size
-    b = loop.B / (np.linalg.norm(loop.B) or 1.0)
-    c = loop.C / (np.linalg.norm(loop.C) or 1.0)
-    reach = [
-        np.linalg.svd(np.hstack([shifted, b]), compute_uv=False)[-1],
-        np.linalg.svd(np.vstack([shifted, c]), compute_uv=False)[-1],
-    ]
-    return bool(min(reach) < _HIDDEN)
-
-
-def _listed(loop: BrokenLoop, poles: ComplexArray) -> str:
-    """Return at most three poles in words: s in rad/s, or z."""
-    letter, shift, unit = ("z", 1.0, "") if loop.step else ("s", 0.0, " rad/s")
-    ordered = poles[np.argsort(-loop.growth(poles))]
-    names = []
-    for pole in ordered[:3] + shift:
-        turning = f" ± {pole.imag:.4g}j" if pole.imag else ""
-        names.append(f"{letter} = {pole.real:.4g}{turning}{unit}")
-    more = f" and {len(poles) - 3} more" if len(poles) > 3 else ""
-    return ("pole " if len(poles) == 1 else "poles ") + ", ".join(names) + more

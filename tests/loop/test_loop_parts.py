@@ -183,11 +183,9 @@ def test_an_option_that_means_nothing_is_refused() -> None:
     loop = stable_loop()
     L = loop.return_ratio
     for of in (loop, L, loop.plant.control_path):
-        for delay in (5.0, -3.0, "x", np.nan):
+        for delay in (-3.0, "x", np.nan):
             with pytest.raises(InputError, match="delay: "):
                 margins(of, delay=delay)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="delay of its own"):
-        margins(loop.plant, loop.controller, delay=5.0)
     for of in (loop, L):
         with pytest.raises(InputError, match="skew"):
             margins(of, skew="0")  # type: ignore[arg-type]

@@ -22,7 +22,7 @@ from slewctl import (
     truth,
 )
 from slewctl.loop.margin_functions import margins
-from slewctl.loop.single.classical_margins import Crossing
+from slewctl.loop.single.margin_results import Crossing
 from slewctl.numerics.given_system import static
 from slewctl.plant import SIGNALS
 

@@ -22,13 +22,14 @@ import numpy as np
 from slewctl._threads import single_threaded
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_number
-from slewctl.loop.closed import UnstableLoopError
 from slewctl.loop.parts import System, negated, state_space
 from slewctl.loop.robust.mu_peak import StructuredPeak, structured_peak
 from slewctl.loop.robust.return_ratios import for_negative_feedback, one_loop, sensitivity
-from slewctl.loop.single.classical_margins import Margins, classical_margins
+from slewctl.loop.single.classical_margins import classical_margins
 from slewctl.loop.single.disk import disk_gains, disk_phase_deg
+from slewctl.loop.single.margin_results import Margins
 from slewctl.loop.single.mode_names import Modes, modes_of_loop
+from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.numerics.frequency_response import FrequencyResponse, axis_points, sample_time
 from slewctl.numerics.interconnect import side_by_side
 from slewctl.numerics.linear_system import LinearSystem

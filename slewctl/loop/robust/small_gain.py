@@ -21,11 +21,13 @@ from scipy.linalg import solve_sylvester
 from slewctl._threads import single_threaded
 from slewctl._types import ComplexArray
 from slewctl.errors import AccuracyError, InputError, shown
-from slewctl.loop.closed import Loop, UnstableLoopError
+from slewctl.loop.closed import Loop
 from slewctl.loop.parts import arranged
 from slewctl.loop.realisation import Realisation, realisation
-from slewctl.loop.single.classical_margins import Crossing, classical_margins
+from slewctl.loop.single.classical_margins import classical_margins
+from slewctl.loop.single.margin_results import Crossing
 from slewctl.loop.single.mode_names import mode_name
+from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
 from slewctl.numerics.frequency_response import FrequencyResponse

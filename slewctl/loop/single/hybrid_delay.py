@@ -174,16 +174,20 @@ def delayed_loop(
     callable
         From additional delay in s to L = K·P as a sampled system, broken at the hold.
     """
-    step = controller.sample_time
+    held = _by_delay(plant, controller.sample_time)
+    return lambda more: series(held(delay + more), controller)
+
+
+def held_plant(plant: LinearSystem, step: float, delay: float) -> LinearSystem:
+    """Return a continuous plant as a controller with a sample time and a delay in s sees it."""
+    return _by_delay(plant, step)(delay)
+
+
+def _by_delay(plant: LinearSystem, step: float) -> LoopWithDelay:
     A, B, C, D = (np.asarray(getattr(plant, name), dtype=float) for name in "ABCD")
     scale = balance(A)
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
-
-    def loop(more: float) -> LinearSystem:
-        P = sampled_with_delay(A, B, C, D, step, delay + more)
-        return series(P, controller)
-
-    return loop
+    return lambda delay: sampled_with_delay(A, B, C, D, step, delay)
 
 
 def sampled_with_delay(

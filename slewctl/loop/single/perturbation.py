@@ -9,6 +9,7 @@ from a state matrix: it must lie on the axis, or the unit circle.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -54,6 +55,44 @@ class Perturbation:
     system: control.StateSpace | None
     pole: complex
     distance: float
+
+
+class Changed:
+    """Changes of one loop, worked out only when somebody looks at them."""
+
+    def __init__(self, loop: LinearSystem) -> None:
+        self.loop = loop
+
+    @cached_property
+    def broken(self) -> BrokenLoop:
+        """The loop, ready to be closed with factors."""
+        return BrokenLoop(self.loop)
+
+    def by(self, kind: Kind, factor: complex, omega: float) -> Change:
+        """Return one change; the factor of a disk is its skew."""
+        return Change(self, kind, factor, omega)
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change of a loop that has not been applied yet."""
+
+    changed: Changed
+    kind: Kind
+    factor: complex
+    omega: float
+
+    @property
+    def applied(self) -> Perturbation | None:
+        """The change, and where it puts a pole."""
+        loop = self.changed.broken
+        if self.kind == "gain":
+            return gain(loop, self.factor.real, self.omega)
+        if self.kind == "modulus":
+            return added(loop, self.omega)
+        if self.kind == "disk":
+            return filtered(loop, self.factor.real, self.omega)
+        return turned(loop, self.kind, self.factor, self.omega)
 
 
 def gain(loop: BrokenLoop, factor: float, omega: float) -> Perturbation:

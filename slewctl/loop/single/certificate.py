@@ -1,0 +1,281 @@
+"""Margins with their proof: what the intervals of the whole axis say of a loop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.loop.single.axis_ends import (
+    WIDEST,
+    Gap,
+    Tail,
+    UndecidedError,
+    gaps_on_axis,
+    origin,
+    tail,
+)
+from slewctl.loop.single.factored_loop import FactoredLoop
+from slewctl.loop.single.margin_report import Report
+from slewctl.loop.single.margin_results import Crossing, Margins
+from slewctl.loop.single.mode_names import Modes
+from slewctl.loop.single.perturbation import Changed
+from slewctl.loop.single.search import Least, Search
+from slewctl.loop.single.stability import UnstableLoopError
+from slewctl.numerics.linear_system import LinearSystem
+
+# What is proved to less than this, relative, is in doubt.
+_PROVED = 1e-6
+# An infinite gain margin is in doubt where less than this is proved, in dB.
+_LARGE_DB = 60.0
+# |L| = 1 is undecided over more than this, relative: no crossing, but a band.
+_BAND = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """A loop's axis, searched.
+
+    Attributes
+    ----------
+    loop : FactoredLoop
+    start : Gap or None
+    end : Tail
+    search : Search
+    """
+
+    loop: FactoredLoop
+    start: Gap | None
+    end: Tail
+    search: Search
+
+    @property
+    def unstable(self) -> int | None:
+        """Unstable closed-loop poles, hidden ones included; None where it is undecided.
+
+        By the argument principle: as many as open-loop ones, less the turns of 1 + L about
+        zero from v = 0 to infinity, of which each half is one pole.
+        """
+        if self.search.turn is None:
+            return None
+        turns = self.search.turn / math.pi
+        if abs(turns - round(turns)) > 1e-3:
+            return None
+        return self.search.unstable_open - round(turns)
+
+
+def certify(loop: FactoredLoop, skew: float = 0.0) -> Certificate:
+    """Search the axis of a loop.
+
+    Raises
+    ------
+    UndecidedError
+        If its ends, or poles on it, cannot be dealt with.
+    """
+    if not np.isfinite(loop.poles).all():
+        raise UndecidedError("a pole lies at z = -1")
+    if loop.delay and abs(loop.tail(math.inf)[0]) >= 1:
+        raise UnstableLoopError(
+            "|L| is not below one at infinite frequency: with dead time the closed loop has "
+            "infinitely many unstable poles",
+            where="delay",
+            remedy="let the controller or the plant roll off, as every real one does",
+        )
+    start, gaps, end = origin(loop), gaps_on_axis(loop), tail(loop)
+    return Certificate(loop, start, end, Search(loop, start, gaps, end, (skew - 1) / 2))
+
+
+def certified_margins(
+    loop: FactoredLoop, light: LinearSystem, skew: float, modes: Modes
+) -> Margins:
+    """Return the margins of a loop that is stable, each with what is proved of it.
+
+    Parameters
+    ----------
+    loop : FactoredLoop
+    light : LinearSystem
+        The same as one system, without its dead time; from it perturbations are made.
+    skew, modes
+        See `classical_margins`.
+
+    Raises
+    ------
+    UndecidedError
+        If the stability of the loop cannot be proved, or |L| = 1 is undecided over a band.
+    """
+    found = certify(loop, skew)
+    if found.unstable is None:
+        raise UndecidedError("a closed-loop pole is too near to the axis")
+    if found.unstable:
+        late = f" with a dead time of {loop.delay:g} s" if loop.delay else ""
+        raise UnstableLoopError(
+            f"the closed loop{late} is not stable: it has {found.unstable} unstable poles",
+            where="margins",
+            remedy="change the design; without the dead time the loop's poles say where it fails"
+            if late
+            else "change the design; the loop's poles say where it fails",
+        )
+    return margins_of(found, light, skew, modes)
+
+
+def margins_of(found: Certificate, light: LinearSystem, skew: float, modes: Modes) -> Margins:
+    """Return the margins of a stable loop whose axis was searched."""
+    loop, search, end = found.loop, found.search, found.end
+    report = Report(
+        lambda omega: _undelayed(loop, omega),
+        float(light.D[0, 0]),
+        end.limit,
+        loop.sample_time,
+        not len(loop.poles),
+        modes,
+        None if loop.delay else Changed(light),
+    )
+    limits, (rise, fall) = _gain_limits(found)
+    turns, omega, (least_turn, least_delay) = _turns(found)
+    first = found.start.end if found.start else 0.0
+    above = not len(turns) and abs(loop.on_axis(np.array([first]))[0]) > 1
+    crossings = {
+        "gain_db": report.gain(limits, "rise", 20 * math.log10(rise)),
+        "gain_reduction_db": report.gain(
+            limits, "fall", -20 * math.log10(fall) if fall else math.inf
+        ),
+        "phase_deg": report.phase(turns, omega, bool(above), math.degrees(least_turn)),
+        "delay_s": report.delay(turns, omega, least_delay),
+        "modulus": _nearest(report, loop, "modulus", search.modulus, 1.0),
+        "disk": _nearest(report, loop, "disk", search.disk, skew),
+    }
+    doubts = tuple(
+        f"{name} is proved to be at least {crossing.at_least:.6g} only"
+        for name, crossing in crossings.items()
+        if _doubtful(crossing)
+    )
+    hertz = tuple(float(w) / (2 * math.pi) for w in omega)
+    return Margins(
+        crossings["gain_db"],
+        crossings["gain_reduction_db"],
+        crossings["phase_deg"],
+        crossings["delay_s"],
+        hertz,
+        crossings["modulus"],
+        crossings["disk"],
+        not doubts,
+        float(skew),
+        doubts,
+        search.intervals,
+    )
+
+
+def _doubtful(crossing: Crossing) -> bool:
+    if crossing.at_least is None:
+        return False
+    if math.isinf(crossing.value):
+        return crossing.at_least < _LARGE_DB
+    return crossing.at_least < crossing.value * (1 - _PROVED)
+
+
+def _undelayed(loop: FactoredLoop, omega: float) -> complex:
+    """Return L without its dead time, as sums over modes have it."""
+    v = loop.axis(np.array([omega]))
+    return complex(loop.on_axis(v)[0] * np.exp(1j * v[0] * loop.delay))
+
+
+def _nearest(report: Report, loop: FactoredLoop, kind: str, least: Least, skew: float) -> Crossing:
+    omega = (
+        math.inf
+        if math.isinf(least.v) and not loop.sample_time
+        else float(loop.omega(np.array(least.v)))
+    )
+    return report.nearest(
+        "modulus" if kind == "modulus" else "disk", least.value, omega, skew, least.proved
+    )
+
+
+def _gain_limits(found: Certificate) -> tuple[list[tuple[float, float]], tuple[float, float]]:
+    """Return all gain limits that were found, and between which two factors there is none."""
+    loop, search, end = found.loop, found.search, found.end
+    rise, fall = WIDEST, max(1 / WIDEST, search.floor)
+    limits: list[tuple[float, float]] = []
+    if not len(loop.poles):
+        limits = [(-1 / end.limit, math.inf)] if end.limit < 0 else []
+        factors = [factor for factor, _ in limits]
+        return limits, (
+            min([WIDEST, *(f for f in factors if f >= 1)]),
+            max([0.0, *(f for f in factors if f < 1)]),
+        )
+    v, width = search.real.arrays
+    for place, value, size in zip(v.tolist(), *_balls(loop, v, width), strict=True):
+        if value.real < 0:
+            factor = -1 / value.real
+            if 1 / WIDEST <= factor <= WIDEST:
+                limits.append((factor, float(loop.omega(np.array(place)))))
+            rise, fall = _narrowed(rise, fall, *_factors(abs(value), size))
+    v, width = search.real_touched.arrays
+    v, width = v[v > 0], width[v > 0]  # L is real at v = 0 anyway
+    for value, size in zip(*_balls(loop, v, width), strict=True):
+        if value.real - size < 0:
+            rise, fall = _narrowed(rise, fall, *_factors(abs(value), size))
+    if not loop.order_at_zero:
+        origin_value = float(loop.on_axis(np.zeros(1))[0].real)
+        if origin_value < 0:
+            limits.append((-1 / origin_value, 0.0))
+            rise, fall = _narrowed(rise, fall, -1 / origin_value, -1 / origin_value)
+    last = math.pi / loop.sample_time if loop.sample_time else math.inf
+    if loop.delay and end.limit:
+        limits.append((1 / abs(end.limit), math.inf))
+        rise = min(rise, 1 / (abs(end.limit) + end.away))
+    elif end.limit < 0 and not (loop.sample_time and abs(end.limit) <= end.away):
+        limits.append((-1 / end.limit, last))
+    if end.away > end.limit:
+        beyond = end.away - end.limit
+        rise, fall = _narrowed(
+            rise, fall, 1 / beyond, -1 / end.limit if end.limit < 0 else math.inf
+        )
+    return sorted(set(limits)), (rise, fall)
+
+
+def _factors(value: float, size: float) -> tuple[float, float]:
+    """Return between which factors the limit lies where |L| is a value within ± size."""
+    return 1 / (value + size), 1 / (value - size) if value > size else math.inf
+
+
+def _narrowed(rise: float, fall: float, low: float, high: float) -> tuple[float, float]:
+    """Return the factors between which there is no limit, given that one may lie in [low, high]."""
+    if high >= 1:
+        rise = min(rise, max(low, 1.0))
+    if low < 1:
+        fall = max(fall, min(high, 1.0))
+    return rise, fall
+
+
+def _balls(loop: FactoredLoop, v: Array, width: Array) -> tuple[list[complex], list[float]]:
+    """Return L at points and how far it may be from that within their widths."""
+    if not len(v):
+        return [], []
+    box = loop.enclosed(v, width)
+    size = np.abs(box.slope) * width + 0.5 * width**2 * box.curve + box.error
+    return box.value.tolist(), size.tolist()
+
+
+def _turns(found: Certificate) -> tuple[Array, Array, tuple[float, float]]:
+    """Return turns in rad and ω at the gain crossings, and the least of both that is proved."""
+    loop, search = found.loop, found.search
+    v, width = search.unit.arrays
+    values, sizes = _balls(loop, v, width)
+    turns = -np.angle(-np.array(values, dtype=complex))
+    omega = loop.omega(v)
+    least_turn = least_delay = math.inf
+    touched, room = search.unit_touched.arrays
+    if len(touched) and float(np.max(room / np.maximum(touched, 1e-300))) > _BAND:
+        raise UndecidedError("|L| is one over a band of frequencies")
+    more, more_sizes = _balls(loop, touched, room)
+    ends = [*(omega * (1 + 4e-16)), *loop.omega(touched + room)]
+    for value, size, last in zip([*values, *more], [*sizes, *more_sizes], ends, strict=True):
+        turn = -float(np.angle(-value))
+        off = math.asin(min(size / abs(value), 1.0)) if value else math.pi
+        least_turn = min(least_turn, max(abs(turn) - off, 0.0))
+        lag = (-turn) % (2 * math.pi)
+        safe = lag - off if off <= lag <= 2 * math.pi - off else 0.0
+        least_delay = min(least_delay, safe / last if last else math.inf)
+    return turns, omega, (least_turn, least_delay)

@@ -1,0 +1,362 @@
+"""One factor of a loop, enclosed on intervals of the axis: value, slope, curvature, error.
+
+Everything is on the imaginary axis s = jv.  A sampled factor is a function of
+z = (1 + s)/(1 − s), so that each of its poles contributes a + b/(s − σ); a continuous one
+1/(s − σ).  With q = 1/distance of σ from the interval, |d²/dv²| ≤ 2 |b| q³, and a
+triangular block is a chain of products of such terms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from slewctl._types import Array, ComplexArray
+from slewctl.numerics.modal_bounds import ROUNDING
+from slewctl.numerics.modal_form import Block, ModalForm
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosed:
+    """p functions on m intervals of half-width h: X ∈ value + slope δ ± (curve δ²/2 + error).
+
+    Attributes
+    ----------
+    value, slope : ndarray of complex, shape (m, p)
+    curve, error : ndarray, shape (m, p)
+    """
+
+    value: ComplexArray
+    slope: ComplexArray
+    curve: Array
+    error: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """a + b/(s − σ) of single poles, or of those of a block: shape (n,)."""
+
+    sigma: ComplexArray
+    a: ComplexArray
+    b: ComplexArray
+
+    @classmethod
+    def of(cls, poles: ComplexArray, sampled: bool) -> Terms:
+        if not sampled:
+            return cls(poles, np.zeros_like(poles), np.ones_like(poles))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            twice = 2 + poles
+            return cls(poles / twice, -1 / twice, 2 / twice**2)
+
+
+class Factor:
+    """The outputs of a system with one input, as functions of v on the axis.
+
+    Parameters
+    ----------
+    form : ModalForm
+    """
+
+    def __init__(self, form: ModalForm) -> None:
+        self.form = form
+        sampled = bool(form.sample_time)
+        n = len(form.poles)
+        self.all = Terms.of(form.poles, sampled)
+        in_blocks = list(form.blocks)
+        taken = np.zeros(n, dtype=bool)
+        for block in in_blocks:
+            taken[block.index] = True
+        at_zero = np.flatnonzero(~taken & (form.poles == 0))
+        taken[at_zero] = True
+        zero = np.zeros((1, 1), dtype=complex)
+        self.blocks = [*in_blocks, *(Block(np.array([k]), zero) for k in at_zero.tolist())]
+        self.alone = np.flatnonzero(~taken)
+        self.sampled = sampled
+        pick = self.alone
+        self.simple = Terms.of(form.poles[pick], sampled)
+        coefficient = (form.shape * form.entry)[:, pick]
+        count = (n + 8) * ROUNDING
+        self.D = form.D + (coefficient * self.simple.a).sum(axis=1)
+        direct = count * (np.abs(form.D) + np.abs(coefficient * self.simple.a).sum(axis=1))
+        self.residue: ComplexArray = np.asarray((coefficient * self.simple.b).T)  # (n, p)
+        self.size: Array = np.abs(self.residue)
+        # Columns that bound the error, each multiplied by |(s − J)⁻¹| and summed.
+        entry = np.abs(form.entry) + form.entry_error
+        shape = np.abs(form.shape) + form.shape_error
+        rounding = form.shape_error + count * shape
+        self.entry, self.shape, self.rounding = entry, shape, rounding
+        p = len(form.D)
+        columns = np.concatenate(
+            [
+                (shape * form.spread).T,
+                (rounding * entry + shape * form.entry_error).T,
+                (form.weight * entry)[:, None],
+                (form.weight * form.spread)[:, None],
+            ],
+            axis=1,
+        )[pick]
+        self.bounds = columns
+        self.offset = np.concatenate([np.zeros(p), direct, np.zeros(2)])
+        self.pole_error = form.pole_error[pick]
+        self.shifted = (shape * entry * form.pole_error).T[pick]
+
+    @property
+    def outputs(self) -> int:
+        """Number of functions p."""
+        return len(self.form.D)
+
+    @cached_property
+    def order_at_zero(self) -> int:
+        """Order of the pole at s = 0 that is exactly there."""
+        return max((len(block.index) for block in self.blocks if block.nilpotent), default=0)
+
+    def values(self, s: ComplexArray) -> ComplexArray:
+        """Return the functions at points s, shape (m, p)."""
+        u = 1 / (s[:, None] - self.simple.sigma)
+        found = u @ self.residue + self.D
+        for block in self.blocks:
+            w, _, _ = self._chain(block, s, np.zeros(len(s)), 1 / self._away(block, s, 0.0))
+            found += w @ self.form.shape[:, block.index].T
+        return np.asarray(found)
+
+    def enclosed(self, c: Array, h: Array) -> Enclosed:
+        """Return the functions on the intervals [c − h, c + h] of v."""
+        s = np.asarray(1j * c, dtype=complex)
+        sigma = self.simple.sigma
+        u = 1 / (s[:, None] - sigma)
+        aside = np.maximum(np.abs(c[:, None] - sigma.imag) - h[:, None], 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            q2 = 1 / (sigma.real**2 + aside * aside)
+            q = np.sqrt(q2)
+            value, slope = u @ self.residue + self.D, -1j * ((u * u) @ self.residue)
+            curve = 2 * ((q2 * q) @ self.size)
+            for block in self.blocks:
+                distance = self._from_interval(block, c, h)
+                w, w1, w2 = self._chain(block, s, h, 1 / distance)
+                Y = self.form.shape[:, block.index].T
+                value, slope, curve = value + w @ Y, slope + w1 @ Y, curve + w2 @ np.abs(Y)
+            error = self._error(q, [1 / self._from_interval(b, c, h) for b in self.blocks])
+        return Enclosed(value, slope, curve, error)
+
+    def tail(self, far: float) -> tuple[ComplexArray, Array]:
+        """Return the limit at infinite s, and how far from it X is for |s| ≥ far, shape (p,).
+
+        `far` is larger than any |σ|.
+        """
+        limit, away = self.D.astype(complex), np.zeros(self.outputs)
+        with np.errstate(divide="ignore"):
+            near = 1 / np.maximum(far - np.abs(self.all.sigma), 0.0)
+        if len(self.alone):
+            away = near[self.alone] @ self.size
+        for block in self.blocks:
+            index, T = block.index, block.T
+            w, off = np.zeros(len(index), complex), np.zeros(len(index))
+            for i in reversed(range(len(index))):
+                S, more = self.form.entry[index[i]] + T[i] @ w, np.abs(T[i]) @ off
+                a, change = self.all.a[index[i]], np.abs(self.all.b[index[i]]) * near[index[i]]
+                w[i], off[i] = S * a, more * (abs(a) + change) + abs(S) * change
+            Y = self.form.shape[:, index]
+            limit, away = limit + Y @ w, away + np.abs(Y) @ off
+        return limit, away
+
+    def sizes(
+        self, s: ComplexArray, radius: float, leave: int | None = None
+    ) -> tuple[Array, Array]:
+        """Return bounds of |X| and |X′| within a distance of points s, shape (m, p).
+
+        Parameters
+        ----------
+        leave : int, optional
+            A simple pole that is left out.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            q = 1 / np.maximum(np.abs(s[:, None] - self.simple.sigma) - radius, 0.0)
+            if leave is not None:
+                q[:, leave] = 0.0
+            value = q @ self.size + np.abs(self.D)
+            slope = (q * q) @ self.size
+            for block in self.blocks:
+                near, Y = 1 / self._away(block, s, radius), np.abs(self.form.shape[:, block.index])
+                reach = np.abs(self.all.a[block.index]) + np.abs(self.all.b[block.index]) * near
+                w = _majorant(block, reach, np.abs(self.form.entry[block.index]))
+                value += w @ Y.T
+                # Each of the k terms that are multiplied has a slope of at most near times it.
+                slope += (w * near.max(axis=1, keepdims=True) * len(block.index)) @ Y.T
+        return value, slope
+
+    def at_origin(self, radius: float) -> tuple[ComplexArray, Array]:
+        """Return sᵏ X at s = 0 and how far from it sᵏ X is for |s| ≤ radius, shape (p,)."""
+        k, form = self.order_at_zero, self.form
+        with np.errstate(divide="ignore"):
+            q = 1 / np.maximum(np.abs(self.simple.sigma) - radius, 0.0)
+        others, slope = np.abs(self.D) + q @ self.size, (q * q) @ self.size
+        value = self.D + (-1 / self.simple.sigma) @ self.residue if not k else 0j * self.D
+        away = radius**k * others if k else radius * slope
+        for block in self.blocks:
+            index, Y = block.index, form.shape[:, block.index]
+            a, b = self.all.a[index], self.all.b[index]
+            if block.nilpotent:
+                moment = form.entry[index]
+                for j in range(1, len(index) + 1):
+                    # sᵏ uʲ with u = a + b/s.
+                    size = np.abs(Y @ moment)
+                    top = (abs(b[0]) + abs(a[0]) * radius) ** j * radius ** (k - j)
+                    if j == k:
+                        value = value + Y @ moment * b[0] ** k
+                        top -= abs(b[0]) ** k
+                    away = away + size * top
+                    moment = block.T @ moment
+            else:
+                origin = np.zeros(1, complex)
+                near = 1 / self._away(block, origin, radius)
+                w, _, _ = self._chain(block, origin, np.zeros(1), near)
+                reach = np.abs(a) + np.abs(b) * near
+                large = _majorant(block, reach, np.abs(form.entry[index])) @ np.abs(Y).T
+                if k:
+                    away = away + radius**k * large[0]
+                else:
+                    value = value + (w @ Y.T)[0]
+                    away = away + radius * (large * near.max() * len(index))[0]
+        return value, away
+
+    def curve_at_zero(self, c: Array, h: Array, plain: Enclosed) -> Array:
+        """Return bounds of |d²/dv² (sᵏ X)| on intervals, k the order of the pole at zero.
+
+        sᵏ/(s − σ) = sᵏ⁻¹ + σ sᵏ⁻² + … + σᵏ/(s − σ): what is left of a rigid body is a
+        polynomial, however near to zero.
+        """
+        k = self.order_at_zero
+        if not k:
+            return plain.curve
+        sigma, far = self.simple.sigma, c + h
+        aside = np.maximum(np.abs(c[:, None] - sigma.imag) - h[:, None], 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            q = 1 / np.hypot(sigma.real, aside)
+            found = 2 * (q**3 @ (self.size * np.abs(sigma[:, None]) ** k))
+        for power, size in enumerate(self._polynomial):
+            if power > 1:
+                found += power * (power - 1) * size * far[:, None] ** (power - 2)
+        for block in self.blocks:
+            if not block.nilpotent:
+                found += self._flattened(block, k, c, h)
+        return found
+
+    def _flattened(self, block: Block, k: int, c: Array, h: Array) -> Array:
+        """Return the bound of |d²/dv² (sᵏ Y w)| of another block, by the product rule."""
+        s, far = np.asarray(1j * c, dtype=complex), c + h
+        w, w1, w2 = self._chain(block, s, h, 1 / self._from_interval(block, c, h))
+        wide = h[:, None]
+        W0, W1 = reach(wide, w, w1, w2)
+        power, slope = (far**k)[:, None], (k * far ** (k - 1))[:, None]
+        bend = (k * (k - 1) * far ** max(k - 2, 0))[:, None]
+        own = w2 * power + 2 * W1 * slope + W0 * bend
+        return np.asarray(own @ np.abs(self.form.shape[:, block.index]).T)
+
+    @cached_property
+    def _polynomial(self) -> Array:
+        """Sizes of the coefficients of the polynomial in sᵏ X, shape (k + 1, p)."""
+        k, form = self.order_at_zero, self.form
+        found = np.zeros((k + 1, self.outputs), complex)
+        found[k] = self.D
+        for power in range(k):
+            found[power] += (self.residue * self.simple.sigma[:, None] ** (k - 1 - power)).sum(0)
+        for block in self.blocks:
+            if block.nilpotent:
+                a, b = self.all.a[block.index[0]], self.all.b[block.index[0]]
+                moment, line = form.entry[block.index], np.ones(1, complex)
+                for j in range(1, len(block.index) + 1):
+                    line = np.polynomial.polynomial.polymul(line, [b, a])
+                    shifted = np.concatenate([np.zeros(k - j), line])
+                    weights = form.shape[:, block.index] @ moment
+                    found[: len(shifted)] += shifted[:, None] * weights
+                    moment = block.T @ moment
+        return np.abs(found) * (1 + 1e-9)
+
+    def errors(self, s: ComplexArray, radius: float = 0.0) -> Array:
+        """Return bounds of the error within a distance of points s, shape (m, p)."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            q = 1 / np.maximum(np.abs(s[:, None] - self.simple.sigma) - radius, 0.0)
+            return self._error(q, [1 / self._away(block, s, radius) for block in self.blocks])
+
+    def _away(self, block: Block, s: ComplexArray, radius: float) -> Array:
+        sigma = self.all.sigma[block.index]
+        return np.asarray(np.maximum(np.abs(s[:, None] - sigma) - radius, 0.0))
+
+    def _from_interval(self, block: Block, c: Array, h: Array) -> Array:
+        sigma = self.all.sigma[block.index]
+        aside = np.maximum(np.abs(c[:, None] - sigma.imag) - h[:, None], 0.0)
+        return np.hypot(sigma.real, aside)
+
+    def _chain(
+        self, block: Block, s: ComplexArray, h: Array, q: Array
+    ) -> tuple[ComplexArray, ComplexArray, Array]:
+        """Return w = (s − T)⁻¹ ξ of a block by back-substitution, its slope and curvature."""
+        index, T = block.index, block.T
+        a, b, sigma = self.all.a[index], self.all.b[index], self.all.sigma[index]
+        k, m = len(index), len(s)
+        w, w1 = np.zeros((m, k), complex), np.zeros((m, k), complex)
+        w2 = np.zeros((m, k))
+        for i in reversed(range(k)):
+            S = self.form.entry[index[i]] + w @ T[i]
+            S1, S2 = w1 @ T[i], w2 @ np.abs(T[i])
+            part = b[i] / (s - sigma[i])
+            u, u1 = a[i] + part, -1j * part / (s - sigma[i])
+            u2 = 2 * np.abs(b[i]) * q[:, i] ** 3
+            w[:, i], w1[:, i] = S * u, S1 * u + S * u1
+            w2[:, i] = product_curve(h, (S, S1, S2), (u, u1, u2))
+        return w, w1, w2
+
+    def _error(self, q: Array, blocks: list[Array]) -> Array:
+        """Return the bounds of the error, given 1/distance of each pole."""
+        p, form = self.outputs, self.form
+        reach = np.abs(self.simple.a) + np.abs(self.simple.b) * q
+        turned = reach * self.pole_error
+        far = np.where(turned < 1, reach / np.where(turned < 1, 1 - turned, 1.0), np.inf)
+        found = far @ self.bounds + self.offset
+        found[:, p : 2 * p] += (reach * far) @ self.shifted
+        for block, near in zip(self.blocks, blocks, strict=True):
+            index = block.index
+            reach = np.abs(self.all.a[index]) + np.abs(self.all.b[index]) * near
+            spread = _majorant(block, reach, form.spread[index])
+            inexact = _majorant(block, reach, form.entry_error[index])
+            entry = _majorant(block, reach, self.entry[index])
+            found[:, :p] += spread @ self.shape[:, index].T
+            found[:, p : 2 * p] += (
+                inexact @ self.shape[:, index].T + entry @ self.rounding[:, index].T
+            )
+            found[:, -2] += entry @ form.weight[index]
+            found[:, -1] += spread @ form.weight[index]
+        room = 1 - found[:, -1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            through = np.where(room > 0, found[:, -2] / room, np.inf)
+            moved = found[:, :p] * through[:, None]
+        return np.asarray(np.where(np.isnan(moved), np.inf, moved) + found[:, p : 2 * p])
+
+
+def product_curve(
+    h: Array,
+    X: tuple[ComplexArray, ComplexArray, Array],
+    Y: tuple[ComplexArray, ComplexArray, Array],
+) -> Array:
+    """Return a bound of |(XY)″| on intervals from value, slope and curvature of X and Y."""
+    X0, X1 = reach(h, *X)
+    Y0, Y1 = reach(h, *Y)
+    return X[2] * Y0 + 2 * X1 * Y1 + X0 * Y[2]
+
+
+def reach(h: Array, value: ComplexArray, slope: ComplexArray, curve: Array) -> tuple[Array, Array]:
+    """Return the largest |X| and |X′| on intervals of half-width h."""
+    steep = np.abs(slope)
+    return np.abs(value) + h * steep + h * h / 2 * curve, steep + h * curve
+
+
+def _majorant(block: Block, reach: Array, vector: Array) -> Array:
+    """Return |(s − T)⁻¹| times a vector with positive entries, shape (m, k)."""
+    T = np.abs(block.T)
+    w = np.zeros_like(reach)
+    for i in reversed(range(len(vector))):
+        above = w[:, i + 1 :] @ T[i, i + 1 :]
+        w[:, i] = reach[:, i] * (vector[i] + above)
+    return w

@@ -1,0 +1,211 @@
+"""A return ratio L = Σ Kᵢ Gᵢ e^(−sτ) that is never multiplied out, enclosed on intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from slewctl._types import Array, ComplexArray
+from slewctl.loop.single.factor import Enclosed, Factor, product_curve, reach
+from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.modal_bounds import ROUNDING
+from slewctl.numerics.modal_form import modal_form
+
+
+def factored(
+    plant: LinearSystem, controller: LinearSystem | None = None, delay: float = 0.0
+) -> FactoredLoop:
+    """Return a loop in factors.
+
+    Parameters
+    ----------
+    plant : LinearSystem
+        With one input; without a controller, L itself.
+    controller : LinearSystem, optional
+        From the plant's outputs to its input, under negative feedback, on the plant's clock.
+    delay : float
+        Dead time in s of a continuous loop.
+    """
+    if controller is None:
+        controller = LinearSystem(
+            np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.eye(1), plant.dt
+        )
+    with np.errstate(all="ignore"):  # a pole at z = −1 is infinite on the plane of s
+        return _factored(plant, controller, delay)
+
+
+def _factored(plant: LinearSystem, controller: LinearSystem, delay: float) -> FactoredLoop:
+    # Of one command: its dual has one input, and as many outputs as it reads.
+    A, B, C, D = controller.matrices
+    dual = LinearSystem(A.T, C.T, B.T, D.T, plant.dt)
+    return FactoredLoop(
+        Factor(modal_form(plant)), Factor(modal_form(dual)), delay, plant.sample_time
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """L on intervals [c − h, c + h] of the axis, and H = sᵏ L, k the order of its pole at 0.
+
+    L ∈ value + slope δ ± (curve δ²/2 + error), and so H with an error of |s|ᵏ error.
+
+    Attributes
+    ----------
+    c, h : ndarray, shape (m,)
+    value, slope, flat, flat_slope : ndarray of complex, shape (m,)
+    curve, error, flat_curve, flat_error : ndarray, shape (m,)
+    most : ndarray, shape (m,)
+        |L| is smaller, however often dead time turns it.
+    """
+
+    c: Array
+    h: Array
+    value: ComplexArray
+    slope: ComplexArray
+    curve: Array
+    error: Array
+    flat: ComplexArray
+    flat_slope: ComplexArray
+    flat_curve: Array
+    flat_error: Array
+    most: Array
+
+
+class FactoredLoop:
+    """The return ratio of a plant with one input and a controller with one command.
+
+    Parameters
+    ----------
+    plant : Factor
+        From the command to the signals that the controller reads.
+    controller : Factor
+        The dual of the controller: from its command to what it reads.
+    delay : float
+        Dead time in s of a continuous loop, anywhere in it.
+    sample_time : float
+    """
+
+    def __init__(
+        self, plant: Factor, controller: Factor, delay: float = 0.0, sample_time: float = 0.0
+    ) -> None:
+        self.plant, self.controller = plant, controller
+        self.delay, self.sample_time = delay, sample_time
+
+    @cached_property
+    def order_at_zero(self) -> int:
+        """Order k of the pole at s = 0, or z = 1, that is exactly there."""
+        return self.plant.order_at_zero + self.controller.order_at_zero
+
+    @cached_property
+    def poles(self) -> ComplexArray:
+        """Poles of both factors on the plane of s, a sampled loop's too."""
+        return np.concatenate([self.plant.all.sigma, self.controller.all.sigma])
+
+    def tail(self, far: float) -> tuple[float, float]:
+        """Return Σ Kᵢ Gᵢ at infinite s, which is real, and how far from it it is for |s| ≥ far."""
+        (G, dG), (K, dK) = self.plant.tail(far), self.controller.tail(far)
+        away = np.abs(G) * dK + dG * np.abs(K) + dG * dK
+        # Farther out all poles are farther away; those of one distance differ by less than half.
+        s = np.array([1j * far])
+        eG, eK = 2 * self.plant.errors(s)[0], 2 * self.controller.errors(s)[0]
+        inexact = eG * (np.abs(K) + dK) + (np.abs(G) + dG) * eK + eG * eK
+        return float((G * K).sum().real), float((away + inexact).sum())
+
+    def at_origin(self, radius: float) -> tuple[float, float]:
+        """Return sᵏ L at s = 0, which is real, and how far from it sᵏ L is for |s| ≤ radius.
+
+        The error of L is that on the circle.
+        """
+        (G, dG), (K, dK) = self.plant.at_origin(radius), self.controller.at_origin(radius)
+        value, away = (G * K).sum(), (np.abs(G) * dK + dG * np.abs(K) + dG * dK).sum()
+        away = away + np.expm1(radius * self.delay) * (abs(value) + away)
+        return float(value.real), float(away)
+
+    def omega(self, v: Array) -> Array:
+        """Return the frequency in rad/s at points of the axis."""
+        v = np.asarray(v, dtype=float)
+        return np.asarray(2 * np.arctan(v) / self.sample_time) if self.sample_time else v
+
+    def axis(self, omega: Array) -> Array:
+        """Return the points of the axis at frequencies in rad/s."""
+        omega = np.asarray(omega, dtype=float)
+        return np.asarray(np.tan(omega * self.sample_time / 2)) if self.sample_time else omega
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """Return L at points s, shape (m,)."""
+        found = (self.plant.values(s) * self.controller.values(s)).sum(axis=1)
+        return np.asarray(found * np.exp(-s * self.delay) if self.delay else found)
+
+    def on_axis(self, v: Array) -> ComplexArray:
+        """Return L at s = jv, shape (m,)."""
+        return self.at(np.asarray(1j * v, dtype=complex))
+
+    def errors(self, s: ComplexArray, radius: float = 0.0) -> Array:
+        """Return bounds of the error of `at` within a distance of points s."""
+        G, K = np.abs(self.plant.values(s)), np.abs(self.controller.values(s))
+        more = ROUNDING * (4 + np.abs(s) * self.delay)[:, None]
+        eG, eK = self.plant.errors(s, radius), self.controller.errors(s, radius)
+        return np.asarray((eG * K + G * eK + eG * eK + more * G * K).sum(axis=1))
+
+    def enclosed(self, c: Array, h: Array) -> Enclosure:
+        """Return L on the intervals [c − h, c + h]."""
+        wide = h[:, None]
+        G, K = self.plant.enclosed(c, h), self.controller.enclosed(c, h)
+        value, slope, curve, error = _product(G, K, wide)
+        most = reach(h, value, slope, curve)[0]
+        error = error + ROUNDING * (4 + (c + h) * self.delay) * np.abs(value)
+        k, power = self.order_at_zero, np.asarray((1j * c) ** self.order_at_zero)
+        if k:
+            sides = [
+                Enclosed(*_flattened(c, x, factor.order_at_zero), curve_at, x.error)
+                for factor, x in ((self.plant, G), (self.controller, K))
+                for curve_at in [factor.curve_at_zero(c, h, x)]
+            ]
+            _, flat_slope, flat_curve, _ = _product(sides[0], sides[1], wide)
+        else:
+            flat_slope, flat_curve = slope, curve
+        flat = power * value
+        if self.delay:
+            turn = np.exp(-1j * c * self.delay)
+            lag = (turn, -1j * self.delay * turn, np.full(len(c), self.delay**2))
+            curve = product_curve(h, (value, slope, curve), lag)
+            flat_curve = product_curve(h, (flat, flat_slope, flat_curve), lag)
+            slope = slope * turn + value * lag[1]
+            flat_slope = flat_slope * turn + flat * lag[1]
+            value, flat = value * turn, flat * turn
+        return Enclosure(
+            c,
+            h,
+            value,
+            slope,
+            curve,
+            error,
+            flat,
+            flat_slope,
+            flat_curve,
+            error * (c + h) ** k,
+            most + error,
+        )
+
+
+def _product(X: Enclosed, Y: Enclosed, h: Array) -> tuple[ComplexArray, ComplexArray, Array, Array]:
+    """Return value, slope, curvature and error of Σ Xᵢ Yᵢ."""
+    x, y = (X.value, X.slope, X.curve), (Y.value, Y.slope, Y.curve)
+    value = (X.value * Y.value).sum(axis=1)
+    slope = (X.slope * Y.value + X.value * Y.slope).sum(axis=1)
+    curve = product_curve(h, x, y).sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        far_x, far_y = reach(h, *x)[0], reach(h, *y)[0]
+        error = (X.error * far_y + far_x * Y.error + X.error * Y.error).sum(axis=1)
+    return value, slope, curve, np.where(np.isnan(error), np.inf, error)
+
+
+def _flattened(c: Array, x: Enclosed, k: int) -> tuple[ComplexArray, ComplexArray]:
+    """Return value and slope of sᵏ X at s = jc."""
+    power = ((1j * c) ** k)[:, None]
+    if not k:
+        return x.value, x.slope
+    before = (1j * k * (1j * c) ** (k - 1))[:, None]
+    return power * x.value, before * x.value + power * x.slope

@@ -1,0 +1,148 @@
+"""Margins in words and with names, whichever way they were found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.loop.single.margin_results import Crossing
+from slewctl.loop.single.mode_names import Modes
+from slewctl.loop.single.perturbation import Changed, Kind
+
+_NO_GAIN = "L is nowhere real and negative where the gain would have to {}"
+_SMALL = "|L| is below one at all frequencies"
+_LARGE = "|L| is above one at all frequencies"
+_NO_SAMPLE = "|L| is not below one at half the sampling frequency: not one whole sample is stood"
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """Makes a `Crossing` of each margin of a loop: named, and with what is proved of it.
+
+    Attributes
+    ----------
+    at : callable
+        From ω in rad/s to L.
+    D : float
+        L at infinite frequency, of a sampled loop its feedthrough.
+    last : float
+        L at infinite frequency, or at half the sampling frequency.
+    step : float
+        Sample time in s, zero if continuous.
+    static : bool
+        Whether L has no dynamics.
+    modes : Modes
+    changes : Changed or None
+        From which perturbations are made; None where the changed loop has no state space.
+    """
+
+    at: Callable[[float], complex]
+    D: float
+    last: float
+    step: float
+    static: bool
+    modes: Modes
+    changes: Changed | None
+
+    def _name(self, hertz: float | None) -> str:
+        return "" if hertz is None else self.modes.largest(hertz, self.at(2 * np.pi * hertz))
+
+    def _crossing(
+        self,
+        value: float,
+        omega: float,
+        at_least: float | None,
+        kind: Kind | None = None,
+        factor: complex = 1.0,
+    ) -> Crossing:
+        hertz = float(omega / (2 * np.pi)) if np.isfinite(omega) else None
+        end = "every frequency" if self.static else "infinite frequency"
+        note = "" if hertz is not None else f"reached at {end}"
+        change = self.changes.by(kind, factor, omega) if self.changes and kind else None
+        return Crossing(value, hertz, self._name(hertz), note, at_least, change)
+
+    def nearest(
+        self,
+        kind: Kind,
+        value: float,
+        omega: float,
+        skew: float,
+        at_least: float | None = None,
+    ) -> Crossing:
+        """Return a modulus or disk margin."""
+        return self._crossing(value, omega, at_least, kind, skew)
+
+    def gain(
+        self, limits: Sequence[tuple[float, float]], way: str, at_least: float | None = None
+    ) -> Crossing:
+        """Return the nearest factor above or below one, in decibels.
+
+        Parameters
+        ----------
+        limits : sequence of (float, float)
+            Factors at which a pole lies on the limit, and ω in rad/s.
+        way : {"rise", "fall"}
+        at_least : float, optional
+            In dB.
+        """
+        rise = way == "rise"
+        side = sorted(limit for limit in limits if (limit[0] >= 1) == rise)
+        if not side:
+            return Crossing(np.inf, None, note=_NO_GAIN.format(way), at_least=at_least)
+        factor, omega = side[0] if rise else side[-1]
+        # Where L(∞) is the critical value no pole reaches the axis: one becomes infinite.
+        posed = np.isfinite(omega) and abs(1 + factor * self.D) > 1e-12
+        value = abs(float(20 * np.log10(factor)))
+        return self._crossing(value, omega, at_least, "gain" if posed else None, factor)
+
+    def phase(
+        self, turns: Array, omega: Array, above: bool, at_least: float | None = None
+    ) -> Crossing:
+        """Return the smallest turn, from turns in rad at the gain crossings ω."""
+        if not len(turns):
+            note = _LARGE if above else _SMALL
+            return Crossing(np.inf, None, note=note, at_least=at_least)
+        k = int(np.argmin(np.abs(turns)))
+        size = float(np.degrees(abs(turns[k])))
+        return self._turned("phase", size, float(omega[k]), float(turns[k]), at_least)
+
+    def delay(self, turns: Array, omega: Array, at_least: float | None = None) -> Crossing:
+        """Return the smallest delay, from turns in rad at the gain crossings ω."""
+        late = self._at_the_end()
+        if late is not None:
+            return late
+        if not len(turns):
+            return Crossing(np.inf, None, note=_SMALL, at_least=at_least)
+        seconds = np.mod(-turns, 2 * np.pi) / omega
+        k = int(np.argmin(seconds))
+        return self._turned("delay", float(seconds[k]), float(omega[k]), float(turns[k]), at_least)
+
+    def _turned(
+        self, kind: Kind, size: float, omega: float, turn: float, at_least: float | None
+    ) -> Crossing:
+        return self._crossing(size, omega, at_least, kind, complex(np.exp(1j * turn)))
+
+    def _at_the_end(self) -> Crossing | None:
+        """Return the delay that acts through |L| ≥ 1 at the highest frequency, if there is one.
+
+        With |D| ≥ 1 any delay at all leaves infinitely many unstable poles.  A sampled loop
+        does not stand one sample: z^(−1) turns L(−1) into −L(−1), the half turn that takes
+        1 + L to the other side of zero, a pole at z = −1 included.
+        """
+        if abs(self.last) < 1:
+            return None
+        if not self.step:
+            return Crossing(0.0, None, note="|L| is not below one at infinite frequency")
+        hertz = 0.5 / self.step
+        return Crossing(0.0, hertz, self._name(hertz), note=_NO_SAMPLE)
+
+    def all_pass(self) -> tuple[Crossing, Crossing]:
+        """Return phase and delay margin of L = 1, the only stable loop with |L| = 1 throughout.
+
+        Any other has N(s) = ±P(−s), and poles symmetric about the axis.
+        """
+        turned = Crossing(180.0, None, note="|L| is one at all frequencies")
+        return turned, self._at_the_end() or Crossing(0.0, None)

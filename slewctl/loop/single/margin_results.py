@@ -1,0 +1,139 @@
+"""Margins of a single loop, and the change of the loop that reaches each of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from slewctl._show import Tabular
+from slewctl.loop.single.disk import disk_gains, disk_phase_deg
+from slewctl.loop.single.perturbation import Change, Perturbation
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A margin and the frequency at which it is reached.
+
+    Attributes
+    ----------
+    value : float
+        Infinite where the loop has no such crossing.
+    frequency_hz : float or None
+        None where there is no crossing, or it lies at infinite frequency.
+    mode : str
+        What has the largest share in L there: "mode 3 (12.4 Hz)", "rigid body", or empty where
+        it is no mode.
+    note : str
+        Why the margin is infinite or zero, in words.
+    at_least : float or None
+        What is proved: the margin is nowhere smaller, for the numbers as they were given.
+        None where the margin was confirmed by poles alone.
+    change : Change or None
+        From which `perturbation` is made when it is asked for.
+    """
+
+    value: float
+    frequency_hz: float | None
+    mode: str = ""
+    note: str = ""
+    at_least: float | None = None
+    change: Change | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def perturbation(self) -> Perturbation | None:
+        """The smallest change of the loop that makes it unstable, and the pole it leads to."""
+        return self.change.applied if self.change else None
+
+    @property
+    def on_axis(self) -> float | None:
+        """How far from the stability limit that pole was recomputed, relative to its size."""
+        return self.perturbation.distance if self.perturbation else None
+
+
+@dataclass(frozen=True)
+class Margins(Tabular):
+    """Margins of a stable loop under negative feedback.
+
+    Attributes
+    ----------
+    gain_db : Crossing
+        How much the loop gain may rise.
+    gain_reduction_db : Crossing
+        How much it may fall, as a positive number; infinite when down to zero.
+    phase_deg : Crossing
+        Smallest phase change, of either sign, that reaches the stability limit.
+    delay_s : Crossing
+        Smallest added delay that reaches it, as a turn of L by e^(−jωτ).  A sampled loop is
+        delayed by whole samples alone, z^(−k) between controller and hold: it is stable with
+        every k whose kT is less.  Zero where one sample is already too many because |L| ≥ 1
+        at half the sampling frequency.  For the delay of the continuous signal, which may be
+        any part of a sample, ask `hybrid_delay_margin`.
+    gain_crossings_hz : tuple of float
+        All frequencies where |L| = 1.
+    modulus : Crossing
+        min |1 + L|: distance of the Nyquist curve from −1.
+    disk : Crossing
+        α of the disk margin with the skew σ = `skew` (Seiler, Packard and Gahinet, IEEE
+        Control Systems Magazine 40(5), 2020): the loop stands any gain and phase, together,
+        of the disk that `disk_gains` and `disk_phase_deg` describe.
+    confirmed : bool
+        Whether all of it is proved to 1e-6, or, with no intervals, the poles of closed loops
+        with changed gain and phase agree throughout.
+    skew : float
+    doubts : tuple of str
+        What is not, in words.
+    intervals : int
+        How many intervals of the axis prove it: in each of them, however small, a crossing
+        was excluded or found.  Zero where the loop has a pole of which that cannot be said.
+    """
+
+    gain_db: Crossing
+    gain_reduction_db: Crossing
+    phase_deg: Crossing
+    delay_s: Crossing
+    gain_crossings_hz: tuple[float, ...]
+    modulus: Crossing
+    disk: Crossing
+    confirmed: bool
+    skew: float = 0.0
+    doubts: tuple[str, ...] = ()
+    intervals: int = 0
+
+    def rows(self) -> list[dict[str, object]]:
+        """Return one row for each margin: name, value, frequency, mode and note."""
+        names = ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus", "disk")
+        return [
+            {
+                "margin": name,
+                "value": crossing.value,
+                "frequency_hz": crossing.frequency_hz,
+                "mode": crossing.mode,
+                "note": crossing.note,
+            }
+            for name in names
+            for crossing in [getattr(self, name)]
+        ]
+
+    @property
+    def caption(self) -> str:
+        """Whether the margins are in doubt."""
+        return "" if self.confirmed else "NOT confirmed"
+
+    @property
+    def smaller_gain_db(self) -> Crossing:
+        """The smaller of the gain's rise and fall; NaN counts as the smallest."""
+        return min(
+            (self.gain_db, self.gain_reduction_db),
+            key=lambda m: -math.inf if math.isnan(m.value) else m.value,
+        )
+
+    @property
+    def disk_gains(self) -> tuple[float, float]:
+        """Gain factors between which the disk lies: for σ = 0, (2 ∓ α)/(2 ± α)."""
+        return disk_gains(self.disk.value, self.skew)
+
+    @property
+    def disk_phase_deg(self) -> float:
+        """Turn in degrees that lies within the disk: for σ = 0, 2 arctan(α/2)."""
+        return disk_phase_deg(self.disk.value, self.skew)

@@ -1,0 +1,378 @@
+"""The whole axis in intervals, each of which proves something or is halved.
+
+On an interval [c − h, c + h] the loop is L(c) + L′(c) δ but for R, a bound of curvature and
+errors.  Questions are asked until each is answered everywhere: |L| = 1 is impossible, or
+passed once; L is not real and negative there, or once, or no better than what was found;
+1 + L is at least as far from zero as the best value seen, and so with the disk; the argument
+of 1 + L changes by what its ends say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slewctl._types import Array, BoolArray, ComplexArray
+from slewctl.loop.single.axis_ends import WIDEST, Gap, Tail, first_intervals
+from slewctl.loop.single.factored_loop import Enclosure, FactoredLoop
+from slewctl.loop.single.roots import polished
+
+# Relative tolerance of the smallest distances.
+TOLERANCE = 2e-10
+_MOST = 400_000
+_LEVELS = 200
+UNIT, REAL, MODULUS, DISK, WINDING = range(5)
+
+
+@dataclass(eq=False)
+class Points:
+    """Crossings, each between two frequencies and known to a width; or boxes left undecided."""
+
+    left: list[Array] = field(default_factory=list)
+    right: list[Array] = field(default_factory=list)
+    width: list[Array] = field(default_factory=list)
+
+    def add(self, left: Array, right: Array, width: Array) -> None:
+        self.left.append(left)
+        self.right.append(right)
+        self.width.append(width)
+
+    def polish(self, function: Callable[[Array], Array]) -> None:
+        """Replace what lies between two frequencies by the root of a function."""
+        if self.left:
+            left, right = np.concatenate(self.left), np.concatenate(self.right)
+            self.left = self.right = [polished(function, left, right)]
+
+    @property
+    def arrays(self) -> tuple[Array, Array]:
+        """v and width, by increasing v."""
+        v = np.concatenate([np.zeros(0), *self.left])
+        order = np.argsort(v)
+        return v[order], np.concatenate([np.zeros(0), *self.width])[order]
+
+
+@dataclass(frozen=True)
+class Least:
+    """A smallest value that was reached at v, and one that is nowhere gone below."""
+
+    value: float
+    v: float
+    proved: float
+
+
+class Search:
+    """Answers all questions of one loop.
+
+    Parameters
+    ----------
+    loop : FactoredLoop
+    gaps : list of Gap
+        Without the origin's.
+    start : Gap or None
+        At the origin.
+    end : Tail
+    shift : float
+        (σ − 1)/2 of the disk.
+
+    Attributes
+    ----------
+    unit, unit_touched, real, real_touched : Points
+        |L| = 1 passed, or not excluded; the same of L real and negative.
+    modulus, disk : Least
+    floor : float
+        Gain factors below it, at which a gap may hide a pole on the limit, are not judged.
+    unstable_open : int
+        Unstable poles of the factors, without those in gaps.
+    turn : float or None
+        Change of arg(1 + L) over the axis; None where it is undecided.
+    intervals : int
+    """
+
+    def __init__(
+        self, loop: FactoredLoop, start: Gap | None, gaps: list[Gap], end: Tail, shift: float
+    ) -> None:
+        self.loop, self.shift = loop, shift
+        self.unit, self.unit_touched = Points(), Points()
+        self.real, self.real_touched = Points(), Points()
+        closed = [*gaps, *([start] if start else [])]
+        self.floor = max((1 / gap.least for gap in closed), default=0.0)
+        self.rise, self.fall = WIDEST, max(1 / WIDEST, self.floor)
+        inside = sum(gap.unstable for gap in gaps)
+        self.unstable_open = int(np.sum(loop.poles.real > 0)) - inside
+        self.intervals = 0
+        self.turn: float | None = end.turn + sum(gap.turn for gap in gaps)
+        if start:
+            self.turn += start.turn
+        self._least = {MODULUS: (np.inf, 0.0, 0.0), DISK: (np.inf, 0.0, 0.0)}
+        self._proved = {MODULUS: np.inf, DISK: np.inf}
+        edges = first_intervals(loop, start, gaps, end)
+        self._run(*edges)
+        self.unit.polish(self._log_gain)
+        self.real.polish(self._sine)
+        self._ends(start, gaps, end)
+        self._polish()
+
+    @property
+    def modulus(self) -> Least:
+        """min |1 + L|."""
+        return self._found(MODULUS)
+
+    @property
+    def disk(self) -> Least:
+        """min 1/|S + shift|."""
+        return self._found(DISK)
+
+    def _found(self, kind: int) -> Least:
+        value, v, _ = self._least[kind]
+        return Least(value, v, min(self._proved[kind], value))
+
+    def _ends(self, start: Gap | None, gaps: list[Gap], end: Tail) -> None:
+        for kind in (MODULUS, DISK):
+            for gap in [*gaps, *([start] if start else [])]:
+                size = gap.least - 1
+                proved = size if kind == MODULUS else size / (1 + abs(self.shift) * size)
+                self._proved[kind] = min(self._proved[kind], proved)
+            circle = np.array([end.limit + 0j])
+            if self.loop.delay:
+                circle = abs(end.limit) * np.exp(1j * np.linspace(0, np.pi, 3))
+            values = self._measure(kind, circle)
+            k = int(np.argmin(values))
+            if values[k] < self._least[kind][0]:
+                self._least[kind] = float(values[k]), np.inf, 0.0
+            w = np.abs(1 + circle[k]) - end.away
+            proved = w if kind == MODULUS else w / abs(1 + self.shift * (1 + circle[k]))
+            if w > 0 and end.away > 1e-9 * w:
+                self._proved[kind] = min(self._proved[kind], float(proved))
+
+    def _polish(self) -> None:
+        """Go to the bottom of the parabola through three points about each smallest value."""
+        for kind in (MODULUS, DISK):
+            for _ in range(3):
+                value, v, h = self._least[kind]
+                if not (0 < h < v < np.inf):
+                    break
+                points = np.array([v - h / 2, v, v + h / 2])
+                left, middle, right = self._measure(kind, self.loop.on_axis(points)).tolist()
+                bend = left - 2 * middle + right
+                if not bend > 0:
+                    break
+                at = np.array([v + np.clip((left - right) / bend, -1, 1) * h / 4])
+                lower = float(self._measure(kind, self.loop.on_axis(at))[0])
+                self._least[kind] = (
+                    (lower, float(at[0]), h / 4) if lower < value else (value, v, h / 4)
+                )
+
+    def _measure(self, kind: int, L: ComplexArray) -> Array:
+        w = 1 + L
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if kind == MODULUS:
+                return np.abs(w)
+            return np.asarray(np.abs(w) / np.abs(1 + self.shift * w))
+
+    def _lower(self, L: ComplexArray, v: Array, h: Array) -> None:
+        for kind in (MODULUS, DISK):
+            values = self._measure(kind, L)
+            k = int(np.argmin(values))
+            if values[k] < self._least[kind][0]:
+                self._least[kind] = float(values[k]), float(v[k]), float(h[k])
+
+    def _run(self, a: Array, b: Array) -> None:
+        ends = np.unique(np.concatenate([a, b]))
+        at_ends = self.loop.on_axis(ends)
+        self._lower(at_ends, ends, 0.0 * ends)
+        La, Lb = at_ends[np.searchsorted(ends, a)], at_ends[np.searchsorted(ends, b)]
+        asked = np.ones((5, len(a)), dtype=bool)
+        for _ in range(_LEVELS):
+            if not len(a):
+                return
+            self.intervals += len(a)
+            c = 0.5 * (a + b)
+            h = np.maximum(b - c, c - a) * (1 + 1e-15)
+            box = self.loop.enclosed(c, h)
+            self._lower(box.value, c, h)
+            left = self._answer(box, a, b, La, Lb, asked)
+            small = self._settled(box) | (self.intervals > _MOST)
+            self._give_up(box, left & small)
+            keep = (left & ~small).any(axis=0)
+            a, b, La, Lb, asked = a[keep], b[keep], La[keep], Lb[keep], (left & ~small)[:, keep]
+            middle, Lm = c[keep], box.value[keep]
+            a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
+            La, Lb = np.concatenate([La, Lm]), np.concatenate([Lm, Lb])
+            asked = np.hstack([asked, asked])
+
+    def _settled(self, box: Enclosure) -> BoolArray:
+        """Whether halving would change nothing, for each question: its errors are all there is."""
+        h, L = box.h, box.value
+        bend = 0.5 * h * h * box.curve
+        reach, twice = np.abs(box.slope) * h + bend, 2 * box.error
+        back = (-1j) ** self.loop.order_at_zero
+        flat, slope = (back * box.flat).imag, (back * box.flat_slope).imag
+        small = np.empty((5, len(h)), dtype=bool)
+        small[UNIT] = np.abs(np.abs(L) - 1) + reach <= twice
+        bent = 0.5 * h * h * box.flat_curve
+        small[REAL] = np.abs(flat) + np.abs(slope) * h + bent <= 2 * box.flat_error
+        small[MODULUS] = small[DISK] = bend <= 0.25 * box.error
+        small[WINDING] = np.abs(1 + L) + reach <= twice
+        return np.asarray(small | (h <= 16 * np.finfo(float).eps * box.c))
+
+    def _answer(
+        self,
+        box: Enclosure,
+        a: Array,
+        b: Array,
+        La: ComplexArray,
+        Lb: ComplexArray,
+        asked: BoolArray,
+    ) -> BoolArray:
+        """Return which questions stay open on which intervals."""
+        h, L, L1 = box.h, box.value, box.slope
+        bend = 0.5 * h * h * box.curve
+        R = bend + box.error
+        ahead, back = np.abs(L + L1 * h), np.abs(L - L1 * h)
+        most = np.minimum(np.maximum(ahead, back) + R, box.most)
+        least = _distance(L, L1, h, 0.0) - R
+        left = np.zeros_like(asked)
+        left[UNIT] = self._unit(box, (a, b, La, Lb), asked[UNIT] & (least <= 1) & (most >= 1), bend)
+        left[REAL] = self._real(box, (a, b, La, Lb), asked[REAL], R, (least, most))
+        nearest = self._least[MODULUS][0] * (1 - TOLERANCE)
+        away = np.maximum(_distance(L, L1, h, -1.0) - R, 1 - box.most)
+        left[MODULUS] = asked[MODULUS] & ~(away >= nearest)
+        t = self._least[DISK][0] * (1 - TOLERANCE)
+        outside = self._outside((L, L1 * h), R, t) | self._outside((0 * L, 0 * L), box.most, t)
+        left[DISK] = asked[DISK] & ~outside
+        clear = (np.abs(1 + L) > np.abs(L1) * h + R) | (box.most < 1)
+        sure = asked[WINDING] & clear
+        if self.turn is not None and sure.any():
+            self.turn += float(np.angle((1 + Lb[sure]) / (1 + La[sure])).sum())
+        left[WINDING] = asked[WINDING] & ~clear
+        return left
+
+    def _outside(self, segment: tuple[ComplexArray, ComplexArray], R: Array, t: float) -> BoolArray:
+        """Whether |w| ≥ t|1 + shift·w|, w = 1 + L, within R of segments: of centre ± step."""
+        (middle, step), k = segment, self.shift
+        room = 1 - (t * k) ** 2
+        if abs(room) < 1e-12:  # the disk's outside is the half plane Re(shift·w) < −1/2
+            far = np.sign(k) * (middle.real + 1) + 1 / (2 * abs(k))
+            return np.asarray(far <= -(np.abs(step.real) + R))
+        centre, radius = -1 + t * t * k / room, t / abs(room)
+        if room > 0:
+            return np.asarray(_distance(middle, step, np.ones_like(R), centre) - R >= radius)
+        away = middle - centre
+        return np.asarray(np.maximum(np.abs(away + step), np.abs(away - step)) + R <= radius)
+
+    def _unit(
+        self,
+        box: Enclosure,
+        ends: tuple[Array, Array, ComplexArray, ComplexArray],
+        asked: BoolArray,
+        bend: Array,
+    ) -> BoolArray:
+        if not asked.any():
+            return asked
+        a, b, La, Lb = ends
+        h, L, L1 = box.h, box.value, box.slope
+        reach = np.abs(L1) * h + bend
+        uphill = np.abs((L.conj() * L1).real)
+        slope = uphill - (np.abs(L1) * reach + (np.abs(L) + reach) * h * box.curve)
+        with np.errstate(invalid="ignore"):
+            steep = slope / (np.abs(L) + reach)
+            once = asked & (slope > 0)
+            off = box.error / np.where(once, steep, 1.0)
+        signs = np.abs(La) - 1, np.abs(Lb) - 1
+        _sort_out(once, signs, box.error, off, (a, b), (self.unit, self.unit_touched))
+        return asked & ~once
+
+    def _real(
+        self,
+        box: Enclosure,
+        ends: tuple[Array, Array, ComplexArray, ComplexArray],
+        asked: BoolArray,
+        R: Array,
+        size: tuple[Array, Array],
+    ) -> BoolArray:
+        a, b, La, Lb = ends
+        h, k = box.h, self.loop.order_at_zero
+        back = (-1j) ** k
+        flat, slope = (back * box.flat).imag, (back * box.flat_slope).imag
+        room = 0.5 * h * h * box.flat_curve
+        least, most = size
+        positive = box.value.real - np.abs(box.slope.real) * h - R > 0
+        beyond = (most * self.rise < 1) | (least * self.fall > 1)
+        within = (most < 1) & (most * self.rise < 1) | (least > 1) & (least * self.fall > 1)
+        apart = np.abs(flat) > np.abs(slope) * h + room + box.flat_error
+        open_ = asked & ~positive & ~(beyond & within) & ~apart
+        if not open_.any():
+            return open_
+        steep = np.abs(slope) - h * box.flat_curve
+        once = open_ & (steep > 0)
+        off = box.flat_error / np.where(once, steep, 1.0)
+        signs = a**k * La.imag, b**k * Lb.imag
+        into = self.real, self.real_touched
+        crossed = _sort_out(once, signs, box.flat_error, off, (a, b), into)
+        # A limit is somewhere in these: no other that lies farther out matters any more.
+        sure = crossed & (box.value.real + np.abs(box.slope) * h + R < 0)
+        self.rise = float(np.min(1 / least[sure & (most < 1)], initial=self.rise))
+        self.fall = float(np.max(1 / most[sure & (least > 1)], initial=self.fall))
+        return open_ & ~once
+
+    def _log_gain(self, v: Array) -> Array:
+        return np.log(np.abs(self.loop.on_axis(v)))
+
+    def _sine(self, v: Array) -> Array:
+        L = self.loop.on_axis(v)
+        return np.asarray(L.imag / np.abs(L))
+
+    def _give_up(self, box: Enclosure, left: BoolArray) -> None:
+        """Record what cannot be decided above rounding."""
+        if not left.any():
+            return
+        for kind, points in ((UNIT, self.unit_touched), (REAL, self.real_touched)):
+            if left[kind].any():
+                points.add(box.c[left[kind]], box.c[left[kind]], box.h[left[kind]])
+        for kind in (MODULUS, DISK):
+            if left[kind].any():
+                self._proved[kind] = min(self._proved[kind], self._nearest(kind, box, left[kind]))
+        if left[WINDING].any():
+            self.turn = None
+
+    def _nearest(self, kind: int, box: Enclosure, here: BoolArray) -> float:
+        """Return the largest distance that some boxes prove, by bisection."""
+        R = 0.5 * box.h**2 * box.curve + box.error
+        low, high = 0.0, self._least[kind][0]
+        for _ in range(50):
+            t = 0.5 * (low + high)
+            if kind == MODULUS:
+                outside = _distance(box.value, box.slope, box.h, -1.0) - R >= t
+            else:
+                outside = self._outside((box.value, box.slope * box.h), R, t)
+            low, high = (t, high) if outside[here].all() else (low, t)
+        return low
+
+
+def _distance(L: ComplexArray, slope: ComplexArray, h: Array, point: float) -> Array:
+    """Return the distance of the segments L + slope δ, |δ| ≤ h, from a real point."""
+    away, size = point - L, np.abs(slope) ** 2
+    t = (away * slope.conj()).real / np.where(size > 0, size, 1.0)
+    return np.abs(away - np.clip(t, -h, h) * slope)
+
+
+def _sort_out(
+    once: BoolArray,
+    signs: tuple[Array, Array],
+    error: Array,
+    off: Array,
+    ends: tuple[Array, Array],
+    into: tuple[Points, Points],
+) -> BoolArray:
+    """Record roots of a monotone function, and return where: crossed, or touched at one end."""
+    (fa, fb), (a, b) = signs, ends
+    crossed = once & ((fa > 0) != (fb > 0))
+    if crossed.any():
+        into[0].add(a[crossed], b[crossed], off[crossed])
+    for f, end in ((fa, a), (fb, b)):
+        touched = once & ~crossed & (np.abs(f) <= error)
+        if touched.any():
+            into[1].add(end[touched], end[touched], off[touched])
+    return crossed

@@ -1,0 +1,122 @@
+"""Sums of products with twice the digits of double precision.
+
+Dekker's product and Knuth's sum (T. J. Dekker, Numerische Mathematik 18, 1971): each returns
+its result and, exactly, what rounding took away.  Residuals of what is right to the last
+digit are nothing but such remainders.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slewctl._types import Array, ComplexArray
+
+_SPLIT = 2.0**27 + 1
+
+
+class LongSum:
+    """An array of sums, each kept as hi + lo.
+
+    Parameters
+    ----------
+    shape : tuple of int
+
+    Attributes
+    ----------
+    size : ndarray
+        Σ |term|, from which `error` bounds what even lo has lost.
+    """
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self.hi, self.lo, self.size = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self.terms = 0
+
+    def add(self, values: Array) -> None:
+        """Add values, exactly but for lo's own rounding."""
+        total = self.hi + values
+        part = total - self.hi
+        self.lo += (self.hi - (total - part)) + (values - part)
+        self.hi = total
+        self.size += np.abs(values)
+        self.terms += 1
+
+    def add_product(self, a: Array, b: Array) -> None:
+        """Add a·b, elementwise with broadcasting."""
+        product = a * b
+        a_high, a_low = _halves(a)
+        b_high, b_low = _halves(b)
+        rest = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+        self.add(product)
+        self.lo += rest
+
+    @property
+    def value(self) -> Array:
+        """The sum, rounded once."""
+        return np.asarray(self.hi + self.lo)
+
+    @property
+    def error(self) -> Array:
+        """Bound of the error of hi + lo before that rounding."""
+        return np.asarray((self.terms + 4.0) ** 2 * np.finfo(float).eps ** 2 * self.size)
+
+
+class LongComplex:
+    """Complex numbers, each kept as hi + lo."""
+
+    def __init__(self, hi: ComplexArray, lo: ComplexArray | None = None) -> None:
+        self.hi = np.asarray(hi, dtype=complex)
+        self.lo = np.zeros_like(self.hi) if lo is None else lo
+
+    def plus(self, change: ComplexArray) -> LongComplex:
+        """Return the same numbers with small changes added."""
+        parts = []
+        for hi, lo, more in (
+            (self.hi.real, self.lo.real, change.real),
+            (self.hi.imag, self.lo.imag, change.imag),
+        ):
+            small = lo + more
+            total = hi + small
+            parts.append((total, small - (total - hi)))
+        (re, re_lo), (im, im_lo) = parts
+        return LongComplex(re + 1j * im, re_lo + 1j * im_lo)
+
+
+class LongComplexSum:
+    """An array of complex sums, each kept as hi + lo.
+
+    Parameters
+    ----------
+    shape : tuple of int
+    """
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self.real, self.imag = LongSum(shape), LongSum(shape)
+
+    def add_product(self, a: ComplexArray, b: ComplexArray) -> None:
+        """Add a·b, elementwise with broadcasting."""
+        self.real.add_product(a.real, b.real)
+        self.real.add_product(a.imag, -b.imag)
+        self.imag.add_product(a.real, b.imag)
+        self.imag.add_product(a.imag, b.real)
+
+    def add_matrix_product(self, A: ComplexArray, B: ComplexArray) -> None:
+        """Add A @ B."""
+        for k in range(A.shape[1]):
+            self.add_product(A[:, k, None], B[k])
+
+    @property
+    def value(self) -> ComplexArray:
+        """The sum, rounded once."""
+        return np.asarray(self.real.value + 1j * self.imag.value)
+
+    @property
+    def error(self) -> Array:
+        """Bound of its error before that rounding."""
+        return self.real.error + self.imag.error
+
+
+def _halves(a: Array) -> tuple[Array, Array]:
+    """Return a number as the sum of two with half of its digits."""
+    big = _SPLIT * a
+    high = big - (big - a)
+    return high, a - high

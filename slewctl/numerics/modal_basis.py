@@ -1,0 +1,141 @@
+"""Coordinates in which a matrix is diagonal but for small triangular blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError, lu_factor, lu_solve
+from scipy.sparse.csgraph import connected_components
+
+from slewctl._types import Array, ComplexArray, IntArray
+from slewctl.numerics.ordered_schur import nearest_of, ordered_complex_schur
+
+# An eigenvalue of a worse condition shares a block with those near to it: half of the digits.
+_WORST = 1e6
+# How near, relative: wider only where that leaves eigenvectors nearly parallel.
+_NEARNESS = (1e-3, 1e-2, 0.1, 0.5)
+# A double eigenvalue at the origin is computed with an error of up to √ε‖A‖.
+_AT_ORIGIN = 1e-7
+_ITERATIONS = 8  # of a factor of about 1e-3 each
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """The modes of states that A couples with each other."""
+
+    V: ComplexArray
+    W: ComplexArray
+    J: ComplexArray
+    blocks: tuple[IntArray, ...] = ()
+
+
+def modal_bases(A: Array) -> Iterator[tuple[IntArray, Modes]]:
+    """Yield the modes of a stack of matrices: small ones with good eigenvectors at once."""
+    values, V = np.linalg.eig(A)
+    values, V = values.astype(complex), V.astype(complex)
+    good = np.zeros(len(A), dtype=bool)
+    if A.shape[-1] <= 2:
+        # Of unit vectors, the determinant is the sine of the angle between them.
+        angle = np.abs(np.linalg.det(V)) if A.shape[-1] == 2 else np.ones(len(A))
+        good = angle * _WORST >= 1
+    if good.any():
+        J = values[good][:, :, None] * np.eye(A.shape[-1], dtype=complex)
+        yield np.flatnonzero(good), Modes(V[good], np.linalg.inv(V[good]), J)
+    for k in np.flatnonzero(~good).tolist():
+        yield np.array([k]), _blocked(A[k], values[k], V[k])
+
+
+def _blocked(A: Array, values: ComplexArray, V: ComplexArray) -> Modes:
+    """Return the modes of one matrix, those with nearly parallel eigenvectors in blocks."""
+    reach = _AT_ORIGIN * float(np.abs(values).max(initial=0.0))
+    for nearness in _NEARNESS:
+        groups = _groups(values, nearness, reach)
+        alone = np.array([group[0] for group in groups if len(group) == 1], dtype=int)
+        blocks = [np.array([[value]]) for value in values[alone]]
+        bases = [V[:, alone]]
+        try:
+            for group in groups:
+                if len(group) > 1:
+                    basis, T = _block_basis(A, values, group, reach)
+                    bases.append(basis)
+                    blocks.append(T)
+            part = _assembled(np.hstack(bases), blocks)
+        except LinAlgError:
+            continue
+        if np.linalg.norm(part.W, axis=2).max() <= _WORST:
+            return part
+    T, Z, _ = ordered_complex_schur(A, lambda poles: poles.real < 0)
+    return _assembled(Z, [T])
+
+
+def _assembled(V: ComplexArray, blocks: list[ComplexArray]) -> Modes:
+    J = np.zeros_like(V)
+    index, start = [], 0
+    for T in blocks:
+        stop = start + len(T)
+        J[start:stop, start:stop] = T
+        if len(T) > 1:
+            index.append(np.arange(start, stop))
+        start = stop
+    W = np.asarray(np.linalg.inv(V), dtype=complex)
+    return Modes(V[None], W[None], J[None], tuple(index))
+
+
+def _groups(values: ComplexArray, nearness: float, reach: float) -> list[IntArray]:
+    """Return the eigenvalues in groups linked by a chain of near ones."""
+    sizes = np.abs(values)
+    room = nearness * np.maximum(sizes[:, None], sizes)
+    near = (np.abs(values[:, None] - values) <= room) | (np.maximum(sizes[:, None], sizes) <= reach)
+    count, label = connected_components(near, directed=False)
+    return [np.flatnonzero(label == k) for k in range(count)]
+
+
+def _block_basis(
+    A: Array, values: ComplexArray, group: IntArray, reach: float
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return a basis of the invariant subspace of a group, orthonormal, and A on it."""
+    if np.abs(values[group]).max() > reach:
+        T, Z, k = ordered_complex_schur(A, nearest_of(values, group))
+        if k != len(group):
+            raise LinAlgError("eigenvalues too close to be told apart")
+        return Z[:, :k], T[:k, :k]
+    basis = _near_origin(A, np.abs(values), group).astype(complex)
+    return _nilpotent(basis, basis.conj().T @ A @ basis)
+
+
+def _near_origin(A: Array, sizes: Array, group: IntArray) -> Array:
+    """Return an orthonormal basis of the subspace of the smallest eigenvalues.
+
+    By inverse iteration: a step makes what is outside smaller by the ratio of the eigenvalues.
+    """
+    others = np.delete(sizes, group)
+    Z = np.eye(len(A))
+    if not len(others):
+        return Z
+    shift = max(1e-3 * float(others.min()), 2 * float(sizes[group].max()))
+    factors = lu_factor(A - shift * np.eye(len(A)))
+    Z = np.linalg.qr(np.random.default_rng(1).standard_normal((len(A), len(group))))[0]
+    for _ in range(_ITERATIONS):
+        Z = np.linalg.qr(lu_solve(factors, Z))[0]
+    return np.asarray(Z)
+
+
+def _nilpotent(Z: ComplexArray, M: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return a basis in which a block at the origin is triangular, rounding taken for zero.
+
+    A Schur form would have ±√ε on its diagonal for the zeros of a rigid body; null vectors,
+    one after the other, leave a residual of ε.
+    """
+    k, size = len(M), float(np.linalg.norm(M, 2)) if len(M) else 0.0
+    for j in range(k - 1):
+        v = np.linalg.svd(M[j:, j:])[2][-1].conj()
+        turn = np.eye(k, dtype=complex)
+        turn[j:, j:] = np.linalg.qr(np.column_stack([v, np.eye(k - j)]))[0]
+        Z, M = Z @ turn, turn.conj().T @ M @ turn
+    T = np.triu(M)
+    own = np.diagonal(T).copy()
+    own[np.abs(own) <= 100 * k * np.finfo(float).eps * size] = 0.0
+    np.fill_diagonal(T, own)
+    return Z, T

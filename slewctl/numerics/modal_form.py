@@ -1,0 +1,136 @@
+"""A system with one input in its modes, with an enclosure of what that leaves out.
+
+x = V ξ takes ẋ = A x + b u to ξ̇ = (J + F) ξ + (ξ_b + …) u.  J is diagonal, with a small
+triangular block where eigenvectors are nearly parallel: the two poles of a rigid body, equal
+lags.  F, and the errors of V⁻¹b and of C V, are not zero in double precision.  They are
+bounded entry by entry, so that values of (C, A, b) computed from the modes can be enclosed:
+
+    |C (s − A)⁻¹ b − Y (s − J)⁻¹ ξ| ≤ |Y| R f · g R |ξ| / (1 − g R f) + …
+
+with R = |(s − J)⁻¹| and |F| ≤ f gᵀ.  The bounds hold for every matrix whose entries differ
+from those given by a few units of their own last place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
+from slewctl._types import Array, ComplexArray, IntArray
+from slewctl.numerics.balance import balance_realisation
+from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.long_sums import LongSum
+from slewctl.numerics.modal_basis import modal_bases
+from slewctl.numerics.modal_bounds import Stack, best_modes
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A triangular block of J: the indices of its modes, and T."""
+
+    index: IntArray
+    T: ComplexArray
+
+    @property
+    def nilpotent(self) -> bool:
+        """Whether all its poles are exactly zero."""
+        return not np.diagonal(self.T).any()
+
+
+@dataclass(frozen=True, eq=False)
+class ModalForm:
+    """y = Y (s − J)⁻¹ ξ u + D u, and bounds of what is missing.
+
+    Attributes
+    ----------
+    poles : ndarray of complex, shape (n,)
+        Diagonal of J, in s, or in δ = z − 1 of a sampled system.
+    blocks : tuple of Block
+        Triangular blocks; all other poles stand alone.
+    entry : ndarray of complex, shape (n,)
+        ξ.
+    shape : ndarray of complex, shape (p, n)
+        Y.
+    D : ndarray, shape (p,)
+    spread, weight : ndarray, shape (n,)
+        f and g of |F| ≤ f gᵀ.
+    pole_error : ndarray, shape (n,)
+        Of each pole, beside F.
+    entry_error, shape_error : ndarray, shapes (n,) and (p, n)
+    sample_time : float
+    """
+
+    poles: ComplexArray
+    blocks: tuple[Block, ...]
+    entry: ComplexArray
+    shape: ComplexArray
+    D: Array
+    spread: Array
+    weight: Array
+    pole_error: Array
+    entry_error: Array
+    shape_error: Array
+    sample_time: float
+
+
+def modal_form(system: LinearSystem) -> ModalForm:
+    """Return the modes of a system with one input.
+
+    Parameters
+    ----------
+    system : LinearSystem
+        One input, any number of outputs, continuous or sampled.
+    """
+    A, B, C, D = system.matrices
+    scale = balance_realisation(A, B, C)
+    A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
+    n, sampled = len(A), bool(system.sample_time)
+    size: Array = np.abs(A)
+    lost: Array = np.zeros((n, n))
+    if sampled:
+        less = LongSum((n, n))
+        less.add(A)
+        less.add(-np.eye(n))
+        A, lost, size = less.hi, less.lo, size + np.eye(n)
+    p = len(C)
+    found = ModalForm(
+        poles=np.zeros(n, complex),
+        blocks=(),
+        entry=np.zeros(n, complex),
+        shape=np.zeros((p, n), complex),
+        D=D[:, 0],
+        spread=np.zeros(n),
+        weight=np.zeros(n),
+        pole_error=np.zeros(n),
+        entry_error=np.zeros(n),
+        shape_error=np.zeros((p, n)),
+        sample_time=system.sample_time,
+    )
+    blocks: list[Block] = []
+    for states in _uncoupled(A):  # shape (count, m): components of the same size together
+        inside = states[:, :, None], states[:, None, :]
+        stack = A[inside], lost[inside], size[inside], B[states], np.swapaxes(C[:, states], 0, 1)
+        for at, modes in modal_bases(stack[0]):
+            index, part = states[at], best_modes(Stack(*(matrix[at] for matrix in stack)), modes)
+            found.poles[index] = np.diagonal(part.modes.J, axis1=-2, axis2=-1)
+            found.entry[index], found.entry_error[index] = part.entry, part.entry_error
+            found.shape[:, index] = np.swapaxes(part.shape, 0, 1)
+            found.shape_error[:, index] = np.swapaxes(part.shape_error, 0, 1)
+            found.spread[index], found.weight[index] = part.spread, part.weight
+            found.pole_error[index] = part.pole_error
+            for group in part.modes.blocks:
+                blocks.append(Block(index[0][group], part.modes.J[0][np.ix_(group, group)]))
+    return replace(found, blocks=tuple(blocks))
+
+
+def _uncoupled(A: Array) -> Iterator[IntArray]:
+    """Yield the sets of states that A couples with each other, those of one size together."""
+    if not len(A):
+        return
+    _, label = connected_components(A != 0, directed=False)
+    sets = [np.flatnonzero(label == k) for k in range(label.max() + 1)]
+    for size in sorted({len(states) for states in sets}):
+        yield np.array([states for states in sets if len(states) == size])
