@@ -15,19 +15,26 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def _matrix(values: Array) -> fmpq_mat:
+def rational(values: Array) -> fmpq_mat:
+    """Return a matrix of doubles as the rational numbers that they are."""
     rows = np.atleast_2d(np.asarray(values, dtype=float))
     return fmpq_mat([[fmpq(*float(v).as_integer_ratio()) for v in row] for row in rows])
 
 
 def fraction(loop: control.StateSpace) -> tuple[fmpq_poly, fmpq_poly]:
     """Return numerator and denominator of L on the axis: in s, or in s = (z − 1)/(z + 1)."""
-    A, B, C = _matrix(loop.A), _matrix(loop.B), _matrix(loop.C)
-    D = fmpq(*float(loop.D[0, 0]).as_integer_ratio())
+    A, B, C = rational(loop.A), rational(loop.B), rational(loop.C)
+    return in_s(A, B, C, fmpq(*float(loop.D[0, 0]).as_integer_ratio()), bool(loop.dt))
+
+
+def in_s(
+    A: fmpq_mat, B: fmpq_mat, C: fmpq_mat, D: fmpq, sampled: bool
+) -> tuple[fmpq_poly, fmpq_poly]:
+    """Return the same of exact matrices."""
     P = A.charpoly()
     N = (A - B * C).charpoly() - P + D * P
-    if loop.dt:
-        N, P = _bilinear(N, loop.nstates), _bilinear(P, loop.nstates)
+    if sampled:
+        N, P = _bilinear(N, A.nrows()), _bilinear(P, A.nrows())
     common = N.gcd(P)
     return N // common, P // common
 
@@ -41,7 +48,7 @@ def _bilinear(polynomial: fmpq_poly, degree: int) -> fmpq_poly:
     return total
 
 
-def _parts(polynomial: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
+def parts(polynomial: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
     """Return e and o of p(jω) = e(x) + jω·o(x), x = ω²."""
     coefficients = polynomial.coeffs()
     sign = [1, -1]
@@ -63,20 +70,20 @@ def _positive_roots(polynomial: fmpq_poly, step: float) -> Array:
 
 def gain_crossings(loop: control.StateSpace) -> Array:
     """Return every ω > 0 in rad/s where |L| passes one."""
-    (ne, no), (pe, po) = (_parts(p) for p in fraction(loop))
+    (ne, no), (pe, po) = (parts(p) for p in fraction(loop))
     x = fmpq_poly([0, 1])
     return _positive_roots(ne * ne + x * no * no - pe * pe - x * po * po, float(loop.dt or 0))
 
 
 def real_crossings(loop: control.StateSpace) -> Array:
     """Return every ω > 0 in rad/s where Im L changes sign at a finite, nonzero L."""
-    (ne, no), (pe, po) = (_parts(p) for p in fraction(loop))
+    (ne, no), (pe, po) = (parts(p) for p in fraction(loop))
     return _positive_roots(no * pe - ne * po, float(loop.dt or 0))
 
 
 def stable(loop: control.StateSpace) -> bool:
     """Whether every closed-loop pole, hidden ones included, is stable: exactly."""
-    A, B, C = _matrix(loop.A), _matrix(loop.B), _matrix(loop.C)
+    A, B, C = rational(loop.A), rational(loop.B), rational(loop.C)
     room = 1 + fmpq(*float(loop.D[0, 0]).as_integer_ratio())
     closed = (A - B * C * (1 / room)).charpoly()
     if loop.dt:

@@ -102,6 +102,7 @@ class Search:
         inside = sum(gap.unstable for gap in gaps)
         self.unstable_open = int(np.sum(loop.poles.real > 0)) - inside
         self.intervals = 0
+        self._answered: list[tuple[Array, Array, BoolArray]] = []
         self.turn: float | None = end.turn + sum(gap.turn for gap in gaps)
         if start:
             self.turn += start.turn
@@ -123,6 +124,22 @@ class Search:
     def disk(self) -> Least:
         """min 1/|S + shift|."""
         return self._found(DISK)
+
+    def proof(self, question: int) -> tuple[Array, Array]:
+        """Return the ends of the intervals on which a question was answered, increasing.
+
+        Some distances are proved to be only a little less than the smallest one that was
+        seen; what cannot be told from a crossing is among those that are touched.
+
+        Parameters
+        ----------
+        question : int
+            UNIT, REAL, MODULUS, DISK or WINDING.
+        """
+        a = np.concatenate([a[asked[question]] for a, _, asked in self._answered])
+        b = np.concatenate([b[asked[question]] for _, b, asked in self._answered])
+        order = np.argsort(a)
+        return a[order], b[order]
 
     def _found(self, kind: int) -> Least:
         value, v, _ = self._least[kind]
@@ -195,6 +212,7 @@ class Search:
             left = self._answer(box, a, b, La, Lb, asked)
             small = self._settled(box) | (self.intervals > _MOST)
             self._give_up(box, left & small)
+            self._answered.append((a, b, asked & ~(left & ~small)))
             keep = (left & ~small).any(axis=0)
             a, b, La, Lb, asked = a[keep], b[keep], La[keep], Lb[keep], (left & ~small)[:, keep]
             middle, Lm = c[keep], box.value[keep]
