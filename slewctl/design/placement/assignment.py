@@ -66,7 +66,7 @@ def pole_sensitivity(A: Array) -> PoleSensitivity:
         They depend on the coordinates; those in which states have comparable energies are
         the fair ones for a flexible arm.
     """
-    # Three results with left=True: the stubs of scipy promise two.
+    # In these coordinates, not in balanced ones.  The stubs of scipy promise two results.
     values, left, right = eig(A, left=True, right=True)  # type: ignore[misc]
     with np.errstate(divide="ignore"):
         condition = 1 / np.abs(np.sum(left.conj() * right, axis=0))

@@ -31,11 +31,10 @@ from slewctl.model.assembly import check_model
 from slewctl.numerics.frequency_response import FrequencyResponse
 from slewctl.numerics.interconnect import diagonal
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.modes import Eigensystem, at_origin
 from slewctl.numerics.ordered_schur import ordered_schur
 from slewctl.plant import generalised_plant
 
-# Poles this much slower than the first flexible mode are at the origin.
-_ORIGIN = 1e-7
 # A pole this close to the axis, relative, is on it to working precision.
 _UNDAMPED = 1e-9
 # A share is confirmed this far inside and outside; one above a thousand counts as infinite.
@@ -276,15 +275,14 @@ def _modes(P: Realisation, model: Model) -> tuple[Realisation, tuple[Realisation
     P : Realisation
         In modal coordinates [η, η̇] of `model`, scaled at most.
     """
-    origin = _ORIGIN * float(model.omega[0])
-    size = int(np.sum(np.abs(P.poles) <= origin))
-    T, Z, _ = ordered_schur(P.A, lambda poles: np.abs(poles) <= origin)
+    # In modal coordinates the zeros of the rigid body are exact, and a slow pole none of them.
+    T, Z, size = ordered_schur(P.A, lambda poles: at_origin(poles, float(model.omega[0])))
     B, C = Z.T @ P.B, P.C @ Z
     # T = [[T₁, T₁₂], [0, T₂]]: with Y from a Sylvester equation the two parts separate.
     Y = solve_sylvester(T[:size, :size], -T[size:, size:], -T[:size, size:])
     rigid = Realisation(T[:size, :size], B[:size] - Y @ B[size:], C[:, :size], P.D * 0)
-    values, right = np.linalg.eig(T[size:, size:])
-    left = np.linalg.inv(right)
+    flexible = Eigensystem.of(T[size:, size:])
+    values, right, left = flexible.poles, flexible.columns, flexible.rows
     if np.any(values.real >= -_UNDAMPED * np.abs(values)):
         raise InputError(
             "a flexible mode is undamped, and what it adds to the loop unbounded",
