@@ -185,7 +185,7 @@ def real_pairs(
     >>> import numpy as np
     >>> poles = np.array([-1.0, -2, -3, -4, -5])
     >>> real_pairs(poles, range(5), overdamped=True)
-    ([(2, 1), (3, 0)], [])
+    ([(3, 2), (4, 1)], [0])
     >>> real_pairs(poles, range(5), overdamped=False)
     ([(1, 0), (3, 2)], [4])
     """

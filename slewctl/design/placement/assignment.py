@@ -65,6 +65,17 @@ def pole_sensitivity(A: Array) -> PoleSensitivity:
     A : ndarray, shape (n, n)
         They depend on the coordinates; those in which states have comparable energies are
         the fair ones for a flexible arm.
+
+    Returns
+    -------
+    PoleSensitivity
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import slewctl as sc
+    >>> sc.pole_sensitivity(np.array([[-1.0, 100.0], [0.0, -2.0]])).condition.round(1).tolist()
+    [100.0, 100.0]
     """
     # In these coordinates, not in balanced ones.  The stubs of scipy promise two results.
     values, left, right = eig(A, left=True, right=True)  # type: ignore[misc]

@@ -92,6 +92,17 @@ def destabilised_mode(loop: Loop, kept: int | None = None) -> DestabilisedMode |
     ------
     InputError
         If `kept` is not a whole number, or the controller is sampled.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> loop = problem.judge(sc.lqg(plant)).loop
+    >>> from slewctl.compare import destabilised_mode
+    >>> destabilised_mode(loop) is None  # of a stable loop
+    True
     """
     system = loop.controller.linear
     if system.sample_time:
