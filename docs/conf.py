@@ -19,7 +19,8 @@ extensions = [
     "registries",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-exclude_patterns = ["_build", "_ext"]
+exclude_patterns = ["_build", "_ext", "_templates"]
+templates_path = ["_templates"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 2
 autosummary_generate = True
@@ -30,6 +31,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = f"slewctl {release}"
 html_show_sourcelink = False
 html_copy_source = False
+html_sidebars = {"**": ["guide-nav"]}
 html_theme_options = {
     "navbar_align": "left",
     "navbar_end": ["theme-switcher"],

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
+import json
 from importlib import import_module
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
+from numpydoc.docscrape import FunctionDoc
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 
-from slewctl.files.schema import DesignTable, KelvinVoigtTable, RayleighTable
+from slewctl.design import METHODS
+from slewctl.files.schema import DesignTable, KelvinVoigtTable, RayleighTable, StudyTable
 from slewctl.plant.signals import ACTUATORS, SIGNALS, STATION_SENSORS
 
 ROOMS = ("slewctl.compare", "slewctl.check", "slewctl.testing")
@@ -71,21 +75,56 @@ def design_file() -> str:
     text += _table(DesignTable, "")
     for law, table in (("rayleigh", RayleighTable), ("kelvin-voigt", KelvinVoigtTable)):
         text += [f'## `[arm.damping]` with `kind = "{law}"`', "", *_keys(table)]
+    for method in METHODS:
+        text += [f'## `[controller]` with `method = "{method}"`', "", *_options(method)]
     return "\n".join(text)
 
 
-def _table(table: type[BaseModel], path: str) -> list[str]:
-    text = [f"## `[{path}]`" if path else "## The file", "", *_keys(table)]
+def study_file() -> str:
+    """Return every key of a study file that a design file has not."""
+    text = [
+        "# Study files",
+        "",
+        "What `slewctl study` tries, in TOML: the arm and the truth of a [design file]"
+        "(design-file.md), and a grid or several.",
+        "",
+    ]
+    return "\n".join([*text, *_table(StudyTable, "", but=("arm", "truth"))])
+
+
+def _options(method: str) -> list[str]:
+    """Return a method's options from its signature and docstring."""
+    function = METHODS[method]
+    defaults = {name: p.default for name, p in inspect.signature(function).parameters.items()}
+    told = {
+        name.strip(): " ".join(line.strip() for line in described.desc)
+        for described in FunctionDoc(function)["Parameters"]
+        for name in described.name.split(",")
+    }
+    rows = [
+        f"| `{name}` | {_value(default)} | {told[name]} |"
+        for name, default in defaults.items()
+        if name != "plant"
+    ]
+    if not rows:
+        return ["No options of its own.", ""]
+    return ["| key | default | meaning |", "| --- | --- | --- |", *rows, ""]
+
+
+def _table(table: type[BaseModel], path: str, but: tuple[str, ...] = ()) -> list[str]:
+    text = [f"## `{path}`" if path else "## The file", "", *_keys(table)]
     for name, field in table.model_fields.items():
-        if inner := _inner(field):
-            text += _table(inner, f"{path}.{name}".lstrip("."))
+        if (inner := _inner(field)) and name not in but:
+            inside = f"{path.strip('[]')}.{name}".lstrip(".")
+            several = get_origin(field.annotation) is list
+            text += _table(inner, f"[[{inside}]]" if several else f"[{inside}]")
     return text
 
 
 def _keys(table: type[BaseModel]) -> list[str]:
     rows = [
-        f"| `{field.alias or name}` | {_unit(field)} | {_default(field)} "
-        f"| {_example(field)} | {field.description or ''} |"
+        f"| `{field.alias or name}` | {unit(field)} | {default(field)} "
+        f"| {example(field)} | {field.description or ''} |"
         for name, field in table.model_fields.items()
     ]
     head = ["| key | unit | default | example | meaning |", "| --- | --- | --- | --- | --- |"]
@@ -93,7 +132,8 @@ def _keys(table: type[BaseModel]) -> list[str]:
 
 
 def _inner(field: FieldInfo) -> type[BaseModel] | None:
-    kinds = (field.annotation, *get_args(field.annotation))
+    kinds = [field.annotation, *get_args(field.annotation)]
+    kinds += [kind for k in kinds for kind in get_args(k)]
     tables = [k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)]
     return tables[0] if tables else None
 
@@ -103,20 +143,38 @@ def _extra(field: FieldInfo, key: str) -> Any:
     return extra.get(key) if isinstance(extra, dict) else None
 
 
-def _unit(field: FieldInfo) -> str:
-    return "table" if _inner(field) else str(_extra(field, "unit") or "")
+def unit(field: FieldInfo) -> str:
+    """Return the unit of a key, or what it is."""
+    return str(_extra(field, "unit") or "")
 
 
-def _default(field: FieldInfo) -> str:
+def default(field: FieldInfo) -> str:
+    """Return the default of a key as TOML."""
     if field.is_required():
         return "required"
-    if _inner(field) or field.default in (None, "", {}):
-        return ""
-    return f"`{field.default}`".replace("'", '"')
+    return _value(field.default)
 
 
-def _example(field: FieldInfo) -> str:
-    return f"`{field.examples[0]}`" if field.examples else ""
+def example(field: FieldInfo) -> str:
+    """Return an example of a key as TOML."""
+    return _value(field.examples[0]) if field.examples else ""
+
+
+def _value(value: object) -> str:
+    if value is None or value in ("", {}, ()):
+        return "none"
+    if isinstance(value, BaseModel):
+        return "as below"
+    return f"`{_toml(value)}`"
+
+
+def _toml(value: Any) -> str:
+    """Return a value as a file has it; tables inline."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return json.dumps(value, ensure_ascii=False)
 
 
 def write(app: Sphinx, _: object) -> None:
@@ -126,6 +184,7 @@ def write(app: Sphinx, _: object) -> None:
     root = Path(app.srcdir).parent
     changes = (root / "CHANGELOG.md").read_text(encoding="utf-8")
     pages = api() | {"signals.md": signals(), "design-file.md": design_file()}
+    pages["study-file.md"] = study_file()
     for name, text in (pages | {"changelog.md": changes}).items():
         path = folder / name
         if not path.exists() or path.read_text(encoding="utf-8") != text:

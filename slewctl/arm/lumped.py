@@ -91,6 +91,17 @@ def quanser_lumped(hub_locked_hz: float = 3.0) -> LumpedLink:
     ----------
     hub_locked_hz : float
         f in Hz.
+
+    Returns
+    -------
+    LumpedLink
+
+    Examples
+    --------
+    >>> from slewctl.arm import quanser_lumped
+    >>> link = quanser_lumped(hub_locked_hz=4.12)
+    >>> round(link.spring, 2)
+    2.11
     """
     link = 0.065 * (15 * 0.0254) ** 2 / 3
     frequency = check_size(hub_locked_hz, "quanser_lumped.hub_locked_hz")

@@ -66,6 +66,14 @@ def vary(
         Naming the parameter: for a value that is not a number or negative, a factor that is
         not positive or multiplies nothing, a damping ratio that would reach 1, or a value
         and a factor for the same property.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> heavy = sc.vary(arm, payload_mass=0.1, stiffness_factor=0.9)
+    >>> heavy.payload.mass, arm.payload.mass
+    (0.1, 0.0)
     """
     if not isinstance(arm, Arm):
         raise InputError(f"{shown(arm)} is not an Arm", where="vary", remedy="give a slewctl.Arm")

@@ -65,9 +65,19 @@ def create(name: str, n: int) -> Basis:
     n : int
         How many functions.
 
+    Returns
+    -------
+    Basis
+
     Raises
     ------
     InputError
         If the name is unknown or n < 1.
+
+    Examples
+    --------
+    >>> from slewctl.basis import create
+    >>> create("hub-matched", 3)
+    HubMatched(n=3, ratios=None)
     """
     return BASES[check_choice(name, NAMES, "basis")](n)

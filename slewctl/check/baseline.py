@@ -102,10 +102,21 @@ def read_baseline(path: Path, *, may_be_missing: bool = False) -> Baseline:
     may_be_missing : bool
         Return an empty baseline for a file that isn't there.
 
+    Returns
+    -------
+    Baseline
+
     Raises
     ------
     InputError
         If the file is missing, cannot be read, or is no baseline.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.check import read_baseline
+    >>> read_baseline(Path("never-accepted.json"), may_be_missing=True).designs
+    {}
     """
     try:
         text = read_text(path, most=_MOST_BYTES)
@@ -177,6 +188,24 @@ def accept(baseline: Baseline, results: Sequence[DesignResult]) -> tuple[Baselin
 
     A design that failed or broke keeps what was accepted before; one whose file is gone is
     dropped; one that was not looked at stays.
+
+    Parameters
+    ----------
+    baseline : Baseline
+    results : sequence of DesignResult
+
+    Returns
+    -------
+    tuple of Baseline and list of str
+        The second in words.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.check import DesignResult, Baseline, accept
+    >>> broken = DesignResult("arm", Path("designs/arm.toml"), error="no such basis")
+    >>> accept(Baseline(Path("accepted.json"), {}), [broken])[0].designs
+    {}
     """
     designs, notes = dict(baseline.designs), []
     for result in results:
@@ -199,7 +228,23 @@ _WHY = {"failed": "fails a requirement", "broken": "could not be judged"}
 
 
 def to_record(baseline: Baseline) -> dict[str, Any]:
-    """Return a baseline as nested dictionaries, sorted by file."""
+    """Return a baseline as nested dictionaries, sorted by file.
+
+    Parameters
+    ----------
+    baseline : Baseline
+
+    Returns
+    -------
+    dict of str to object
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.check.baseline import Baseline, to_record
+    >>> to_record(Baseline(Path("accepted.json"), {}))["designs"]
+    {}
+    """
     designs = {name: _entry(name, entry) for name, entry in sorted(baseline.designs.items())}
     return {"schema": SCHEMA, "designs": designs}
 

@@ -25,6 +25,18 @@ def to_annotations(results: Sequence[DesignResult], root: Path) -> list[str]:
     results : sequence of DesignResult
     root : Path
         Folder of the repository; files below it are named from there.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.check import DesignResult, to_annotations
+    >>> broken = DesignResult("arm", Path("designs/arm.toml"), error="no such basis")
+    >>> to_annotations([broken], Path())[0]
+    '::error file=designs/arm.toml,line=1,title=slewctl%3A cannot be judged::no such basis'
     """
     lines = []
     for result in sorted(results, key=lambda result: _ORDER[result.status]):

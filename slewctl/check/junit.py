@@ -15,7 +15,24 @@ from slewctl.escape import xml
 
 
 def to_junit(results: Sequence[DesignResult]) -> str:
-    """Return results as the text of a JUnit XML file."""
+    """Return results as the text of a JUnit XML file.
+
+    Parameters
+    ----------
+    results : sequence of DesignResult
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.check import DesignResult, to_junit
+    >>> broken = DesignResult("arm", Path("designs/arm.toml"), error="no such basis")
+    >>> "no such basis" in to_junit([broken])
+    True
+    """
     root = ET.Element("testsuites", name="slewctl check")
     for result in results:
         root.append(_suite(result))

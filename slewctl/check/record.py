@@ -33,6 +33,19 @@ def to_record(results: Sequence[DesignResult], version: str) -> dict[str, Any]:
     results : sequence of DesignResult
     version : str
         Version of slewctl.
+
+    Returns
+    -------
+    dict of str to object
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.check import DesignResult
+    >>> broken = DesignResult("arm", Path("designs/arm.toml"), error="no such basis")
+    >>> from slewctl.check.record import to_record
+    >>> to_record([broken], "0.2.0")["schema"]
+    'slewctl-check/2'
     """
     status: list[str] = [result.status for result in results]
     findings = [found for result in results for found in result.findings]

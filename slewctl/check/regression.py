@@ -32,6 +32,14 @@ def compare_with(baseline: Baseline, result: DesignResult, tolerance: float) -> 
         A variation that the baseline knows and the file does not fails.  A design, variation
         or quantity that the baseline does not know is told in the notes and does not fail:
         its requirements are judged anyway.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.check import DesignResult, Baseline, compare_with
+    >>> broken = DesignResult("arm", Path("designs/arm.toml"), error="no such basis")
+    >>> compare_with(Baseline(Path("accepted.json"), {}), broken, tolerance=0.01).error
+    'no such basis'
     """
     if result.status in ("broken", "missing", "unchanged"):
         return result
@@ -54,7 +62,25 @@ def compare_with(baseline: Baseline, result: DesignResult, tolerance: float) -> 
 
 
 def missing(baseline: Baseline, results: Iterable[DesignResult]) -> tuple[DesignResult, ...]:
-    """Return a result for each design of the baseline whose file is gone and not renamed."""
+    """Return a result for each design of the baseline whose file is gone and not renamed.
+
+    Parameters
+    ----------
+    baseline : Baseline
+    results : iterable of DesignResult
+        Of the designs that are there.
+
+    Returns
+    -------
+    tuple of DesignResult
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.check import Baseline, missing
+    >>> missing(Baseline(Path("accepted.json"), {}), [])
+    ()
+    """
     renamed = {result.digest for result in results}
     return tuple(
         DesignResult(name, baseline.path.parent / name, missing=True)

@@ -74,10 +74,25 @@ class Verdict:
 def check_limits(limits: Mapping[str, float | bool]) -> dict[str, float]:
     """Return the limits as numbers; ``stable`` must be true.
 
+    Parameters
+    ----------
+    limits : mapping of str to float or bool
+        By requirement, in its own unit; see `REQUIREMENTS`.
+
+    Returns
+    -------
+    dict of str to float
+
     Raises
     ------
     InputError
         For an unknown requirement or an impossible limit.
+
+    Examples
+    --------
+    >>> from slewctl.check import check_limits
+    >>> check_limits({"gain_margin_db": 6, "stable": True})
+    {'gain_margin_db': 6.0, 'stable': 1.0}
     """
     numbers = {}
     for name, limit in limits.items():
@@ -105,10 +120,25 @@ def judge(judgement: Judgement, limits: Mapping[str, float | bool]) -> tuple[Ver
     limits : mapping of str to float
         Requirement names (see `REQUIREMENTS`) and their limits.
 
+    Returns
+    -------
+    tuple of Verdict
+
     Raises
     ------
     InputError
         For an unknown requirement or an impossible limit.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.check import judge
+    >>> judged = problem.judge(sc.lqg(plant))
+    >>> [(v.requirement, v.passed) for v in judge(judged, {"gain_margin_db": 3.0})]
+    [('stable', True), ('gain_margin_db', True)]
     """
     numbers = {"stable": 1.0, **check_limits(limits)}
     return tuple(_verdict(judgement, name, limit) for name, limit in numbers.items())
@@ -128,6 +158,17 @@ def measure(judgement: Judgement, names: Iterable[str]) -> dict[str, Reading]:
     dict of str to Reading
         By the quantity's name: the worst of what decides a verdict on it.  An unstable loop
         has none of them; what may not be relied on is NaN.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.check import measure
+    >>> judged = problem.judge(sc.lqg(plant))
+    >>> measure(judged, ["phase_margin_deg"])["phase_margin_deg"].value > 10
+    True
     """
     if not judgement.stable:
         return {}

@@ -103,7 +103,24 @@ class DesignResult:
 
 
 def exit_status(results: Iterable[DesignResult]) -> int:
-    """Return 2 if a design could not be judged, else 1 if one failed or is missing, else 0."""
+    """Return 2 if a design could not be judged, else 1 if one failed or is missing, else 0.
+
+    Parameters
+    ----------
+    results : iterable of DesignResult
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.check import DesignResult, exit_status
+    >>> broken = DesignResult("arm", Path("designs/arm.toml"), error="no such basis")
+    >>> exit_status([broken])
+    2
+    """
     found = {result.status for result in results}
     if "broken" in found:
         return BAD_INPUT

@@ -15,7 +15,8 @@ from slewctl.compare.case import Case
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.ladder import Ladder, climb, steps
-from slewctl.compare.quantities import RECORDED, row
+from slewctl.compare.quantities import RECORDED
+from slewctl.compare.reading import row
 from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
 from slewctl.loop.curves import curve, nichols_line
@@ -213,17 +214,52 @@ def compare(cases: Iterable[Case], progress: Progress | None = None) -> Comparis
     progress : callable, optional
         Called with a short text before each design.
 
+    Returns
+    -------
+    Comparison
+
     Raises
     ------
     SlewctlError
         If there is no controller for a case's own design; for an alternative there is a
         `Refusal` instead.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Case, compare
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
+    >>> objective = sc.Objective({"tip": 0.03, "torque": 1.0}, noise)
+    >>> case = Case("arm", arm, objective, truth_modes=6, bases=("clamped-free",), orders=(1,))
+    >>> [e.stable for e in compare([case]).cases[0].evaluations]
+    [True, True]
     """
     return Comparison(tuple(_compare_one(case, progress or _quiet) for case in cases))
 
 
 def count_designs(cases: Iterable[Case]) -> int:
-    """Return how many times `compare` calls `progress`."""
+    """Return how many times `compare` calls `progress`.
+
+    Parameters
+    ----------
+    cases : iterable of Case
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Case, count_designs
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
+    >>> objective = sc.Objective({"tip": 0.03, "torque": 1.0}, noise)
+    >>> case = Case("arm", arm, objective, truth_modes=6, bases=("clamped-free",), orders=(1,))
+    >>> count_designs([case])
+    2
+    """
     return sum(len(case.candidates) for case in cases)
 
 

@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from slewctl.compare.judgement import Judgement
-from slewctl.compare.quantities import QUANTITIES, TRUTH_TOLERANCE, Quantity, Reading, read
+from slewctl.compare.quantities import QUANTITIES, TRUTH_TOLERANCE, Quantity, Reading
+from slewctl.compare.reading import read
 
 # Successive values that differ by no more, relative, have converged.
 AGREEMENT = 0.01
@@ -79,6 +80,17 @@ def follow(judgement: Judgement, name: str) -> Followed:
     Followed
         A value that is missing on one of the truths, as on an unstable loop, is the last.
         Stability is followed to the limit of modes.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.compare import follow
+    >>> judged = problem.judge(sc.lqg(plant))
+    >>> follow(judged, "gain_margin_db").converged
+    True
     """
     quantity = QUANTITIES[name]
     seen: list[Seen] = []

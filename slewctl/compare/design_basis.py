@@ -103,6 +103,10 @@ def design_model(truth: Truth, objective: Objective, source: str, n: int) -> Des
         Of `SOURCES`.
     n : int
 
+    Returns
+    -------
+    DesignModel
+
     Raises
     ------
     InputError
@@ -110,6 +114,16 @@ def design_model(truth: Truth, objective: Objective, source: str, n: int) -> Des
         needs damped modes where there are undamped ones.
     AccuracyError
         If a reduction is not confirmed by its own checks.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> from slewctl.compare import design_model
+    >>> reduced = design_model(problem.truth, problem.objective, "balanced-truncation", 2)
+    >>> len(reduced.plant.A)
+    6
     """
     check_choice(source, SOURCES, "basis")
     if source in NAMES:

@@ -156,5 +156,25 @@ class Judge:
 
 @single_threaded
 def evaluate(case: Case) -> Evaluation:
-    """Return the case's own design, judged on the truth."""
+    """Return the case's own design, judged on the truth.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    Evaluation
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Case, evaluate
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
+    >>> objective = sc.Objective({"tip": 0.03, "torque": 1.0}, noise)
+    >>> case = Case("arm", arm, objective, truth_modes=6, bases=("clamped-free",), orders=(1,))
+    >>> evaluate(case).stable
+    True
+    """
     return Judge(case).evaluate(case.basis, case.n)

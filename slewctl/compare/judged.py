@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from slewctl._show import Axes, Tabular
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.judgement import Judgement
-from slewctl.compare.quantities import QUANTITIES, Reading, read
+from slewctl.compare.quantities import QUANTITIES, Reading
+from slewctl.compare.reading import read
 from slewctl.design import Controller
 
 if TYPE_CHECKING:

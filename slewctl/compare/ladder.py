@@ -20,7 +20,7 @@ from slewctl.compare.case import Case
 from slewctl.compare.design_basis import DesignModel
 from slewctl.compare.evaluation import Judge
 from slewctl.compare.judgement import Judgement, Yardstick
-from slewctl.compare.quantities import read
+from slewctl.compare.reading import read
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, InputError, SlewctlError, check_count
 from slewctl.loop.robust.destabilised_mode import DestabilisedMode, destabilised_mode
@@ -185,6 +185,17 @@ def spillover_ladder(case: Case, basis: str | None = None, n: int | None = None)
         For an unknown basis, or an n beyond the modes of the truth.
     DesignError
         If no controller can be designed for the case's objective.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Case, spillover_ladder
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
+    >>> objective = sc.Objective({"tip": 0.03, "torque": 1.0}, noise)
+    >>> case = Case("arm", arm, objective, truth_modes=6, bases=("clamped-free",), orders=(1,))
+    >>> len(spillover_ladder(case).rungs)
+    5
     """
     case = replace(case, basis=case.basis if basis is None else basis, n=case.n if n is None else n)
     judge = Judge(case)
@@ -244,10 +255,22 @@ def first_modes(model: Truth, modes: int) -> Truth:
     model : Truth
     modes : int
 
+    Returns
+    -------
+    Truth
+
     Raises
     ------
     InputError
         If the truth has fewer modes.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> from slewctl.compare import first_modes
+    >>> first_modes(sc.truth(arm, 6), 2).n
+    2
     """
     if check_count(modes, "modes") > model.modes:
         raise InputError(

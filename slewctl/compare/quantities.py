@@ -15,10 +15,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from slewctl._threads import single_threaded
 from slewctl.compare.judgement import Judgement
 from slewctl.design.result import COST_TOLERANCE
-from slewctl.errors import AccuracyError
 from slewctl.loop import Crossing, Margins, SlewSummary
 from slewctl.loop.noise import NoiseLevels
 from slewctl.loop.single.sensitivity import bandwidth
@@ -116,66 +114,6 @@ class Quantity:
         """Return the worst reading; a missing value is worse than any."""
         sign = 1.0 if self.better == "greater" else -1.0
         return min(readings, key=lambda r: -math.inf if math.isnan(r.value) else sign * r.value)
-
-
-@single_threaded
-def read(judgement: Judgement, name: str) -> Reading:
-    """Return a quantity of a judgement.
-
-    Parameters
-    ----------
-    judgement : Judgement
-    name : str
-        Key of `QUANTITIES`.
-
-    Returns
-    -------
-    Reading
-        Of an unstable loop the frequency that grows, and no value; only ``stable`` has one.
-    """
-    quantity = QUANTITIES[name]
-    if not judgement.stable:
-        hertz = judgement.unstable_hz[0]
-        value = 0.0 if quantity.kind == "stability" else math.nan
-        return Reading(value, hertz, note=f"unstable at {hertz:.4g} Hz")
-    if quantity.kind == "slew":
-        try:
-            beyond = judgement.saturation
-        except AccuracyError as error:  # its extremes could not be enclosed
-            return Reading(math.nan, note=str(error))
-        if beyond:
-            return Reading(math.nan, note=beyond)
-    reading = quantity.read(judgement)
-    if math.isnan(reading.value) and not reading.note:
-        return reading._replace(note=quantity.needs)
-    if math.isinf(reading.value) and not reading.note:
-        return reading._replace(note=quantity.infinite)
-    return reading
-
-
-def row(judgement: Judgement) -> dict[str, float | bool | None]:
-    """Return every quantity of a judgement by name; None where there is no value."""
-    values = {name: read(judgement, name).value for name in QUANTITIES}
-    found: dict[str, float | bool | None] = {
-        name: None if math.isnan(value) else value for name, value in values.items()
-    }
-    return found | {"stable": judgement.stable}
-
-
-def describe(judgement: Judgement) -> str:
-    """Return what was achieved: one line a quantity, with unit and frequency."""
-    if not judgement.stable:
-        return f"UNSTABLE at {judgement.unstable_hz[0]:.4g} Hz: an unstable loop has nothing else"
-    lines = []
-    for name, quantity in QUANTITIES.items():
-        reading = read(judgement, name)
-        if math.isnan(reading.value):
-            continue
-        value = "yes" if name == "stable" else f"{reading.value:.4g} {quantity.unit}".rstrip()
-        at = f" at {reading.frequency_hz:.4g} Hz" if reading.frequency_hz is not None else ""
-        doubt = f"  NOT confirmed: {reading.doubt}" if reading.doubt else ""
-        lines.append(f"{name:<32} {value}{at}{doubt}")
-    return "\n".join(lines)
 
 
 def _smaller_gain(margins: Margins) -> Crossing:

@@ -130,6 +130,17 @@ def compare_reductions(case: Case, order: int) -> Reductions:
         If the truth has not more modes than `order`.
     DesignError
         If the case's objective admits no optimal controller on the truth.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Case, compare_reductions
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
+    >>> objective = sc.Objective({"tip": 0.03, "torque": 1.0}, noise)
+    >>> case = Case("arm", arm, objective, truth_modes=6, bases=("clamped-free",), orders=(1,))
+    >>> [row.name for row in compare_reductions(case, order=1).rows][:2]
+    ['clamped-free', 'slewing']
     """
     judge = Judge(case)
     check_reducible(case.truth_modes, order, "order")

@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from inspect import Parameter, signature
 from itertools import product
 from types import MappingProxyType
 
@@ -24,22 +23,19 @@ from slewctl._show import Tabular, table_html
 from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.arm import Arm, vary
+from slewctl.compare.arm_box import box_bounds
 from slewctl.compare.case import DEFAULT_SLEW, Case
 from slewctl.compare.evaluation import Judge
 from slewctl.compare.judgement import Judgement, Yardstick
-from slewctl.compare.quantities import QUANTITIES, Reading, read
+from slewctl.compare.quantities import QUANTITIES, Reading
+from slewctl.compare.reading import read
 from slewctl.design import Controller
-from slewctl.errors import InputError, check_choice, check_count, check_number, shown, suggest
+from slewctl.errors import InputError, check_choice, check_count, shown
 from slewctl.loop import Loop, Slew
 from slewctl.model import truth
 from slewctl.model.converged_truth import DEFAULT_MODES
 from slewctl.plant import Objective
 
-# The properties that can be uncertain: what `vary` changes.
-PROPERTIES = tuple(
-    name for name, p in signature(vary).parameters.items() if p.kind is Parameter.KEYWORD_ONLY
-)
-_MOST_PROPERTIES = 8
 # A coordinate this close to a bound, as a fraction of the range, is on it.
 _ON_A_BOUND = 1e-6
 _SMALLEST_STEP = 1e-4
@@ -209,6 +205,17 @@ def worst_case(
     InputError
         For an unknown property or quantity, a range that is empty or impossible for the arm,
         or a property that is given in the box twice, as a value and as a factor.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> loop = problem.judge(sc.lqg(plant)).loop
+    >>> worst = sc.worst_case(loop, {"payload_mass": [0.0, 0.1]}, samples=2, searches=0)
+    >>> worst.worst.value <= worst.nominal.value
+    True
     """
     check_choice(quantity, QUANTITIES, "quantity")
     counts = (
@@ -218,7 +225,7 @@ def worst_case(
         check_count(seed, "seed", 0),
     )
     subject = _Subject.of(design)
-    low, high = _bounds(box, subject.arm)
+    low, high = box_bounds(box, subject.arm)
     search = _Search(subject, tuple(box), low, high, quantity)
     nominal = search.nominal()
     for corner in product((0.0, 1.0), repeat=len(low)):
@@ -354,42 +361,6 @@ class _Search:
             tuple(self.trials),
             self.subject.modes,
         )
-
-
-def _bounds(box: Mapping[str, Sequence[float]], arm: Arm) -> tuple[Array, Array]:
-    """Return the lowest and highest value of each property, having tried both on the arm."""
-    if not isinstance(box, Mapping) or not 1 <= len(box) <= _MOST_PROPERTIES:
-        raise InputError(
-            f"{shown(box)} is not a box of 1 to {_MOST_PROPERTIES} properties",
-            where="box",
-            remedy="give one, as in {'stiffness_factor': (0.9, 1.1)}",
-        )
-    for name, interval in box.items():
-        if name not in PROPERTIES:
-            raise InputError(
-                f"unknown property {shown(name)}",
-                where="box",
-                remedy=suggest(str(name), PROPERTIES),
-            )
-        if isinstance(interval, str) or not isinstance(interval, Sequence) or len(interval) != 2:
-            raise InputError(
-                f"{shown(interval)} is not a range",
-                where=f"box.{name}",
-                remedy="give the lowest and the highest value",
-            )
-        if not check_number(interval[0], f"box.{name}") < check_number(interval[1], f"box.{name}"):
-            raise InputError(
-                f"{interval[0]:g} … {interval[1]:g} is empty",
-                where=f"box.{name}",
-                remedy="put the lowest value first and a greater one after it",
-            )
-    for side in (0, 1):
-        try:
-            vary(arm, **{name: float(interval[side]) for name, interval in box.items()})
-        except InputError as error:
-            raise error.within("box", ".") from error
-    low, high = np.array([[float(end) for end in interval] for interval in box.values()]).T
-    return low, high
 
 
 def _sobol(dimension: int, count: int, seed: int) -> Array:

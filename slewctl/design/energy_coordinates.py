@@ -161,6 +161,16 @@ def scaled(plant: GeneralisedPlant) -> ScaledPlant:
         If the torque is not penalised (D12ᵀD12 singular), or a measurement has no noise.
     AccuracyError
         If the plant's modes cannot be told apart to working precision.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.design import scaled
+    >>> scaled(plant).A.shape
+    (4, 4)
     """
     check_plant(plant, "scaled")
     control_root = _unit(plant.D12, f"the {plant.actuator} has no penalty", "limits",

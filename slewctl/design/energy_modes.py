@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +11,17 @@ from scipy.linalg import block_diag
 from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.errors import AccuracyError
 from slewctl.numerics.balance import balance
-from slewctl.numerics.ordered_schur import nearest_of, ordered_schur
+from slewctl.numerics.modes import conjugate_pairs, invariant_basis, linked, near
 
 Indices = NDArray[np.intp]
 
 # Two real poles closer than this (relative) belong to one mode: a mode near critical damping,
 # whose eigenvectors are nearly parallel.
 _CLOSE = 0.05
-# Poles this far below the next ones are the rigid body's.  In mixed coordinates its double
-# zero is moved by the square root of the rounding errors, so the limit is generous; a slow
-# mode mistaken for a rigid one is scaled differently and loses nothing else.
+# Poles this far below the next ones are the rigid body's.  Not `modes.rigid_body`: here only
+# the unit of a state depends on it, in coordinates that may have lost more than half of the
+# digits.  So the limit is generous; a slow mode mistaken for a rigid one is scaled differently
+# and loses nothing else.
 _RIGID = 1e-3
 # What rounding leaves of a stiffness or friction that the rigid body has not, relative to the
 # first mode's; and of inputs, outputs and damping that are zero, relative to the largest.  A
@@ -200,18 +200,11 @@ def _groups(values: ComplexArray) -> list[tuple[Indices, bool]]:
     rigid, order = _rigid_group(values, order)
     if len(rigid):
         groups.append((rigid, True))
-    real = [i for i in order if values[i].imag == 0]
-    close: list[list[int]] = [[i] for i in real[:1]]
-    for before, after in pairwise(real):
-        near = abs(values[after] - values[before]) <= _CLOSE * abs(values[after])
-        if near:
-            close[-1].append(after)
-        else:
-            close.append([after])
-    upper = [i for i in order if values[i].imag > 0]
-    pairs = [[i, int(np.argmin(np.abs(values - values[i].conj())))] for i in upper]
+    real = order[values[order].imag == 0]
+    close = [real[group] for group in linked(near(values[real], _CLOSE))]
+    pairs = [np.array(pair) for pair in conjugate_pairs(values, order)]
     found = sorted([*close, *pairs], key=lambda group: _frequency(values[group]))
-    return [*groups, *((np.array(group), False) for group in found)]
+    return [*groups, *((group, False) for group in found)]
 
 
 def _rigid_group(values: ComplexArray, order: Indices) -> tuple[Indices, Indices]:
@@ -245,21 +238,7 @@ def _invariant_basis(
         columns = v.real[:, None] if len(group) == 1 else np.column_stack([v.real, v.imag])
         return np.linalg.qr(columns)[0]
     # Poles that rounding may have moved: their eigenvectors are not to be trusted one by one.
-    try:
-        _, Z, count = ordered_schur(A, nearest_of(values, group))
-    except np.linalg.LinAlgError as error:
-        raise _inseparable() from error
-    if count != len(group):
-        raise _inseparable()
-    return Z[:, : len(group)]
-
-
-def _inseparable() -> AccuracyError:
-    return AccuracyError(
-        "the plant's slow modes cannot be told apart to working precision",
-        where="scaled",
-        remedy="give the plant in modal coordinates",
-    )
+    return invariant_basis(A, values, group, "scaled")
 
 
 def _audible(matrix: Array, axis: int) -> Array:

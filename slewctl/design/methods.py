@@ -33,6 +33,22 @@ METHODS: dict[str, Callable[..., Controller]] = {
 
 
 def options(method: str) -> tuple[str, ...]:
-    """Return the names of the options that a method of `METHODS` takes."""
+    """Return the names of the options that a method of `METHODS` takes.
+
+    Parameters
+    ----------
+    method : str
+        Of `METHODS`.
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> from slewctl.design import options
+    >>> options("lqg")
+    ('integral_limit', 'sample_time', 'delay')
+    """
     parameters = inspect.signature(METHODS[method]).parameters.values()
     return tuple(p.name for p in parameters if p.kind is p.KEYWORD_ONLY)

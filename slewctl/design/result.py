@@ -247,10 +247,23 @@ def given(system: control.StateSpace, delay: float = 0.0) -> Controller:
     delay : float
         Of a sampled one: time in s from a sample to the torque computed from it.
 
+    Returns
+    -------
+    Controller
+
     Raises
     ------
     InputError
         For a sampled system without its sample time, or a delay of a continuous one.
+
+    Examples
+    --------
+    >>> import control
+    >>> from slewctl.design import given
+    >>> sensors = ["theta", "theta_dot"]
+    >>> K = control.ss([], [], [], [[-2.0, -1.0]], inputs=sensors, outputs=["torque"])
+    >>> given(K).sensors
+    ('theta', 'theta_dot')
     """
     light = linear(system)
     if light is None:
@@ -306,6 +319,21 @@ def finished(
     reference : Reference, optional
         How the reference angle enters; by default what the sensors would read on the rigid
         arm is subtracted, where the plant has a model.
+
+    Returns
+    -------
+    Controller
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.design import finished
+    >>> K = sc.lqg(plant)
+    >>> finished(plant, K.linear, "mine", {}).h2_cost == K.h2_cost
+    True
     """
     system, scale = balanced(system)
     check_finite(*(np.asarray(getattr(system, name)) for name in "ABCD"))

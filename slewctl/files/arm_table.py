@@ -37,17 +37,49 @@ _LAWS: dict[str, tuple[type[Table], type[Rayleigh | KelvinVoigt]]] = {
 def find_arm(name: str) -> Arm:
     """Return the arm of a catalogue name, or of the TOML file of that name.
 
+    Parameters
+    ----------
+    name : str
+        Of the catalogue, or a path.
+
+    Returns
+    -------
+    Arm
+
     Raises
     ------
     InputError
         As `read_arm`, or for a name that is neither.
+
+    Examples
+    --------
+    >>> from slewctl.files import find_arm
+    >>> find_arm("paper-beam").beam.length
+    1.0
     """
     path = _path(name)
     return catalogue.get(name) if path is None else read_arm(path)
 
 
 def computing_arm(name: str) -> AbstractContextManager[None]:
-    """Return a context in which whatever a computation on this arm raises names its place."""
+    """Return a context in which whatever a computation on this arm raises names its place.
+
+    Parameters
+    ----------
+    name : str
+        As given to `find_arm`.
+
+    Returns
+    -------
+    context manager
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.files import computing_arm
+    >>> with computing_arm("paper-beam"):
+    ...     beam = sc.arms.paper_beam().beam
+    """
     path = _path(name)
     return computing(name) if path is None else read_source(path).computing()
 
@@ -62,10 +94,45 @@ def _path(name: str) -> Path | None:
 def read_arm(path: Path) -> Arm:
     """Return the arm that the ``[arm]`` table of a TOML file describes.
 
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Arm
+
     Raises
     ------
     InputError
         As `read_design`, for that table.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.files import read_arm
+    >>> read_arm(path).damping_ratio
+    0.01
     """
     source = read_source(path)
     if "arm" not in source.content:

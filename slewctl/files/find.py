@@ -16,10 +16,46 @@ def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
     Study files, which `slewctl.files.read_study` reads, are left out.  What cannot be read is
     kept: whoever reads it says why.
 
+    Parameters
+    ----------
+    paths : iterable of Path
+        Files and folders.
+
+    Returns
+    -------
+    tuple of Path
+
     Raises
     ------
     InputError
         If a path does not exist or a folder holds no design.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.files import find_designs
+    >>> [found.name for found in find_designs([path.parent])]
+    ['arm.toml']
     """
     found: list[Path] = []
     for path in paths:
@@ -47,7 +83,43 @@ def _in_folder(folder: Path) -> list[Path]:
 
 
 def is_study(path: Path) -> bool:
-    """Return whether a file is a study: it has grids and no controller."""
+    """Return whether a file is a study: it has grids and no controller.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.files import is_study
+    >>> is_study(path)
+    False
+    """
     try:
         content = read_source(path).content
     except SlewctlError:
@@ -56,7 +128,23 @@ def is_study(path: Path) -> bool:
 
 
 def name_designs(paths: Iterable[Path]) -> dict[Path, str]:
-    """Return a short name for each file: its stem, or as many folders as tell it from others."""
+    """Return a short name for each file: its stem, or as many folders as tell it from others.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+
+    Returns
+    -------
+    dict of Path to str
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.files import name_designs
+    >>> list(name_designs([Path("a/arm.toml"), Path("b/arm.toml"), Path("b/boom.toml")]).values())
+    ['a/arm.toml', 'b/arm.toml', 'boom']
+    """
     names: dict[Path, str] = {}
     whole = {path: path.resolve().parts for path in paths}
     stems = Counter(path.stem for path in whole)

@@ -38,6 +38,12 @@ def key_lines(text: str) -> dict[KeyPath, int]:
     dict of tuple to int
         A table written with a header of its own stands at that header, any other one at the
         first key that leads through it; the elements of an array have their index as key.
+
+    Examples
+    --------
+    >>> from slewctl.files import key_lines
+    >>> key_lines("model = { n = 2 }")
+    {('model',): 1, ('model', 'n'): 1}
     """
     return _Scanner(text).scan()
 

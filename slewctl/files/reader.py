@@ -66,11 +66,42 @@ def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile
     slew : bool
         Whether a slew is needed even if no requirement is on one.
 
+    Returns
+    -------
+    DesignFile
+
     Raises
     ------
     InputError
         If the file cannot be read, is not TOML, or has an unknown key or an impossible
         value; the message names file, line, key and remedy of each.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.files import read_design
+    >>> read_design(path).case.basis
+    'clamped-free'
     """
     source = read_source(path)
     with source.computing():
@@ -80,10 +111,46 @@ def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile
 def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
     """Return the designs in files and folders, each with a name of its own.
 
+    Parameters
+    ----------
+    paths : iterable of Path
+        Files and folders.
+
+    Returns
+    -------
+    tuple of DesignFile
+
     Raises
     ------
     InputError
         As `find_designs` and `read_design`.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.files import read_designs
+    >>> [design.case.name for design in read_designs([path])]
+    ['arm']
     """
     names = name_designs(find_designs(paths))
     return tuple(read_design(path, name) for path, name in names.items())

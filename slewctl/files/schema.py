@@ -21,8 +21,18 @@ Several = Annotated[list[T], Field(max_length=100)]
 DESIGN_SCHEMA = "slewctl-design/1"
 
 
-def _told(unit: str, meaning: str, example: float) -> Any:
-    """Return what the reference of design files says of a key."""
+def _told(unit: str, meaning: str, example: object) -> Any:
+    """Return what the reference of design files says of a key.
+
+    Parameters
+    ----------
+    unit : str
+        "1" of a number without one; of what is no number, what it is.
+    meaning : str
+        A phrase.
+    example : object
+        A value, as TOML would be read; of a table, one of its keys at least.
+    """
     return Field(description=meaning, examples=[example], json_schema_extra={"unit": unit})
 
 
@@ -66,7 +76,7 @@ class PayloadTable(Table):
 class RayleighTable(Table):
     """``[arm.damping]`` with kind = "rayleigh"."""
 
-    kind: str
+    kind: Annotated[str, _told("text", "the law", "rayleigh")]
     alpha: Annotated[NonNegative, _told("1/s", "of the mass matrix", 0.1)] = 0.0
     beta: Annotated[NonNegative, _told("s", "of the stiffness matrix", 1e-4)] = 0.0
 
@@ -74,7 +84,7 @@ class RayleighTable(Table):
 class KelvinVoigtTable(Table):
     """``[arm.damping]`` with kind = "kelvin-voigt"."""
 
-    kind: str
+    kind: Annotated[str, _told("text", "the law", "kelvin-voigt")]
     retardation_time: Annotated[NonNegative, _told("s", "of the beam's material", 1e-4)]
 
 
@@ -84,12 +94,17 @@ class MotorTable(Table):
     resistance: Annotated[Positive, _told("Ω", "of the armature", 2.6)]
     torque_constant: Annotated[Positive, _told("N·m/A", "of the motor's shaft", 0.0077)]
     back_emf_constant: Annotated[NonNegative, _told("V·s/rad", "of the motor's shaft", 0.0077)]
-    gear_ratio: Annotated[Positive, _told("", "turns of the motor for one of the hub", 70.0)] = 1.0
-    gear_efficiency: Annotated[Efficiency, _told("", "from above 0 to 1", 0.9)] = 1.0
-    motor_efficiency: Annotated[Efficiency, _told("", "from above 0 to 1", 0.69)] = 1.0
+    gear_ratio: Annotated[Positive, _told("1", "turns of the motor for one of the hub", 70.0)] = 1.0
+    gear_efficiency: Annotated[Efficiency, _told("1", "from above 0 to 1", 0.9)] = 1.0
+    motor_efficiency: Annotated[Efficiency, _told("1", "from above 0 to 1", 0.69)] = 1.0
     rotor_inertia: Annotated[NonNegative, _told("kg·m²", "about the motor's shaft", 3.9e-7)] = 0.0
-    torque_limit: Positive | None = None
-    voltage_limit: Positive | None = None
+    torque_limit: Annotated[
+        Positive | None,
+        _told("N·m", "largest torque on the hub; a slew says whether it passes it", 5.0),
+    ] = None
+    voltage_limit: Annotated[
+        Positive | None, _told("V", "largest voltage; a slew says whether it passes it", 15.0)
+    ] = None
 
 
 class ArmTable(Table):
@@ -99,21 +114,65 @@ class ArmTable(Table):
     whose keys depend on its kind.
     """
 
-    catalogue: str | None = None
-    name: str | None = None
-    beam: BeamTable | None = None
-    hub: HubTable | None = None
-    payload: PayloadTable | None = None
-    motor: MotorTable | None = None
-    damping: dict[str, Any] | None = None
-    damping_ratio: Any = None
+    catalogue: Annotated[
+        str | None,
+        _told(
+            "text",
+            "an arm of `slewctl arms` to begin with; keys beside it replace its own",
+            "paper-beam",
+        ),
+    ] = None
+    name: Annotated[str | None, _told("text", "for tables and reports", "test rig")] = None
+    beam: Annotated[
+        BeamTable | None,
+        _told(
+            "table",
+            "the beam; needed without a catalogue arm",
+            {"length": 1.0, "mass_per_length": 2.0, "bending_stiffness": 40.0},
+        ),
+    ] = None
+    hub: Annotated[
+        HubTable | None, _told("table", "what turns and carries the beam", {"inertia": 0.2})
+    ] = None
+    payload: Annotated[
+        PayloadTable | None, _told("table", "what is fixed to the tip", {"mass": 0.1})
+    ] = None
+    motor: Annotated[
+        MotorTable | None,
+        _told(
+            "table",
+            "a DC motor; without one only the torque is known",
+            {"resistance": 2.6, "torque_constant": 0.0077, "back_emf_constant": 0.0077},
+        ),
+    ] = None
+    damping: Annotated[
+        dict[str, Any] | None,
+        _told(
+            "table", "a damping law, rayleigh or kelvin-voigt", {"kind": "rayleigh", "beta": 1e-4}
+        ),
+    ] = None
+    damping_ratio: Annotated[
+        Any,
+        _told(
+            "1",
+            "ζ of every flexible mode, or a list: the last value holds for all that follow",
+            0.005,
+        ),
+    ] = None
 
 
 class ModelTable(Table):
     """``[model]``: what the design is made on."""
 
-    basis: str
-    n: Annotated[Count, _told("", "number of admissible functions", 2)]
+    basis: Annotated[
+        str,
+        _told(
+            "text",
+            "admissible functions: clamped-free, slewing, hub-matched, arm-matched or polynomial",
+            "clamped-free",
+        ),
+    ]
+    n: Annotated[Count, _told("1", "number of admissible functions", 2)]
 
 
 class ControllerTable(Table):
@@ -124,9 +183,23 @@ class ControllerTable(Table):
 
     model_config = ConfigDict(extra="allow", strict=True, frozen=True)
 
-    method: str
-    limits: dict[str, Positive]
-    noise: dict[str, Positive]
+    method: Annotated[str, _told("text", "the design method; its options stand beside it", "lqg")]
+    limits: Annotated[
+        dict[str, Positive],
+        _told(
+            "table",
+            "largest acceptable value of each signal, in its own unit",
+            {"tip": 0.03, "torque": 1.0},
+        ),
+    ]
+    noise: Annotated[
+        dict[str, Positive],
+        _told(
+            "table",
+            "white noise of the actuator and of each sensor, in its own unit per √Hz",
+            {"torque": 0.1, "theta": 0.01},
+        ),
+    ]
 
 
 class SlewTable(Table):
@@ -134,57 +207,121 @@ class SlewTable(Table):
 
     angle_deg: Annotated[Finite, _told("deg", "of the turn", 30.0)]
     duration_s: Annotated[Positive, _told("s", "of the reference", 4.0)]
-    horizon_s: Positive | None = None
+    horizon_s: Annotated[
+        Positive | None,
+        _told("s", "how long is simulated; by default three times the duration", 12.0),
+    ] = None
 
 
 class TruthTable(Table):
     """``[truth]``: what the design is judged on."""
 
-    modes: Annotated[Count, _told("", "flexible modes of the truth", 20)] = Case.truth_modes
+    modes: Annotated[Count, _told("1", "flexible modes of the truth", 20)] = Case.truth_modes
 
 
 class CompareTable(Table):
     """``[compare]``: what the design is compared with."""
 
-    bases: Several[str] = list(Case.bases)
-    orders: Several[Count] = list(Case.orders)
+    bases: Annotated[
+        Several[str],
+        _told(
+            "list of text", "bases that are tried beside the own one", ["clamped-free", "slewing"]
+        ),
+    ] = list(Case.bases)
+    orders: Annotated[
+        Several[Count], _told("list", "numbers of functions that are tried", [1, 2, 3])
+    ] = list(Case.orders)
 
 
 class DesignTable(Table):
     """A whole design file."""
 
-    written_for: str = Field(DESIGN_SCHEMA, alias="schema")
-    title: str = ""
-    arm: ArmTable
-    model: ModelTable
-    controller: ControllerTable
+    written_for: Annotated[str, _told("text", "what the file is written for", DESIGN_SCHEMA)] = (
+        Field(DESIGN_SCHEMA, alias="schema")
+    )
+    title: Annotated[str, _told("text", "one line for reports", "A boom with a payload")] = ""
+    arm: Annotated[
+        ArmTable, _told("table", "the arm", {"catalogue": "paper-beam", "damping_ratio": 0.005})
+    ]
+    model: Annotated[
+        ModelTable,
+        _told("table", "what the design is made on", {"basis": "slewing", "n": 2}),
+    ]
+    controller: Annotated[
+        ControllerTable,
+        _told(
+            "table",
+            "the method, its weights and its options",
+            {"method": "lqg", "limits": {"torque": 1.0}, "noise": {"torque": 0.1, "theta": 0.01}},
+        ),
+    ]
     # Needed by what is read from a slew alone; the reader knows.
-    slew: SlewTable | None = None
-    truth: TruthTable = TruthTable()
-    compare: CompareTable = CompareTable()
+    slew: Annotated[
+        SlewTable | None,
+        _told("table", "the turn that is simulated", {"angle_deg": 30.0, "duration_s": 4.0}),
+    ] = None
+    truth: Annotated[TruthTable, _told("table", "what the design is judged on", {"modes": 20})] = (
+        TruthTable()
+    )
+    compare: Annotated[
+        CompareTable, _told("table", "what the design is compared with", {"orders": [1, 2]})
+    ] = CompareTable()
     # The check room knows the requirements, and the arm room what can be varied; they refuse
     # what is none.
-    requirements: dict[str, Any] = {}
-    variations: dict[str, dict[str, Any]] = {}
+    requirements: Annotated[
+        dict[str, Any], _told("table", "limits to hold, see Requirements", {"gain_margin_db": 6.0})
+    ] = {}
+    variations: Annotated[
+        dict[str, dict[str, Any]],
+        _told(
+            "tables",
+            "other arms to hold them on, by name: keys of `slewctl.vary`",
+            {"heavy": {"payload_mass": 0.2}},
+        ),
+    ] = {}
 
 
 class GridTable(Table):
     """``[[grid]]``: the values of each axis; every combination is tried."""
 
-    bases: list[str] = list(Grid.bases)
-    orders: list[Count] = list(Grid.orders)
-    methods: list[str] = list(Grid.methods)
-    hub_ratios: list[NonNegative] = list(Grid.hub_ratios)
-    payload_ratios: list[NonNegative] = list(Grid.payload_ratios)
-    damping_ratios: list[NonNegative] = list(Grid.damping_ratios)
-    bandwidths: list[Positive] = list(Grid.bandwidths)
-    sensors: list[list[str]] = [list(names) for names in Grid.sensors]
+    bases: Annotated[
+        list[str],
+        _told("list of text", "bases, or reductions of the truth", ["clamped-free", "slewing"]),
+    ] = list(Grid.bases)
+    orders: Annotated[list[Count], _told("list", "numbers of functions", [1, 2, 3])] = list(
+        Grid.orders
+    )
+    methods: Annotated[list[str], _told("list of text", "design methods", ["lqg"])] = list(
+        Grid.methods
+    )
+    hub_ratios: Annotated[
+        list[NonNegative], _told("list", "hub inertia over that of the beam", [0.0, 1.0])
+    ] = list(Grid.hub_ratios)
+    payload_ratios: Annotated[
+        list[NonNegative], _told("list", "payload mass over that of the beam", [0.0, 0.5])
+    ] = list(Grid.payload_ratios)
+    damping_ratios: Annotated[
+        list[NonNegative], _told("list", "ζ of every flexible mode", [0.005])
+    ] = list(Grid.damping_ratios)
+    bandwidths: Annotated[
+        list[Positive],
+        _told("list", "of the rigid arm under LQR, over the first flexible frequency", [0.3, 1.0]),
+    ] = list(Grid.bandwidths)
+    sensors: Annotated[
+        list[list[str]], _told("list of lists of text", "sets of sensors", [["theta", "theta_dot"]])
+    ] = [list(names) for names in Grid.sensors]
 
 
 class StudyTable(Table):
     """A whole study file."""
 
-    title: str = ""
-    arm: ArmTable
-    truth: TruthTable = TruthTable()
-    grid: list[GridTable]
+    title: Annotated[str, _told("text", "one line for reports", "A boom with a payload")] = ""
+    arm: Annotated[
+        ArmTable, _told("table", "the arm", {"catalogue": "paper-beam", "damping_ratio": 0.005})
+    ]
+    truth: Annotated[TruthTable, _told("table", "what the design is judged on", {"modes": 20})] = (
+        TruthTable()
+    )
+    grid: Annotated[
+        list[GridTable], _told("tables", "values of each axis, all combined", [{"orders": [1, 2]}])
+    ]

@@ -120,11 +120,46 @@ class Source:
 def read_source(path: Path) -> Source:
     """Return a TOML file, read and located.
 
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Source
+
     Raises
     ------
     InputError
         If the file cannot be read, is not TOML, or is nested deeper or holds larger integers
         than any design needs.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.files import read_source
+    >>> read_source(path).content["model"]["n"]
+    1
     """
     try:
         text = read_text(path)

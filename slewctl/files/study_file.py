@@ -15,11 +15,35 @@ from slewctl.files.source import read_source
 def read_study(path: Path) -> Study:
     """Return the study that a TOML file describes.
 
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Study
+
     Raises
     ------
     InputError
         If the file cannot be read, is not TOML, or has an unknown key or an impossible
         value; the message names file, line, key and remedy.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> from slewctl.files import read_study
+    >>> path = Path(mkdtemp()) / "study.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... [[grid]]
+    ... orders = [1, 2]
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> read_study(path).grids[0].orders
+    (1, 2)
     """
     source = read_source(path)
     try:

@@ -36,11 +36,42 @@ def check_designs(
         Whether designs that the baseline accepted, and that have not changed since, are left
         as they are.
 
+    Returns
+    -------
+    tuple of DesignResult
+
     Raises
     ------
     InputError
         If a path does not exist or a folder holds no design.  A design that is broken is no
         error here: its result says why.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.gate import check_designs
+    >>> [result.status for result in check_designs([path])]
+    ['passed']
     """
     results = []
     for path, name in name_designs(find_designs(paths)).items():
@@ -57,7 +88,47 @@ def check_file(
     *,
     changed_only: bool = False,
 ) -> DesignResult:
-    """Return the result of one design file; a broken one says why."""
+    """Return the result of one design file; a broken one says why.
+
+    Parameters
+    ----------
+    path : Path
+    name : str
+        By default the file's stem.
+    baseline, changed_only
+        As for `check_designs`.
+
+    Returns
+    -------
+    DesignResult
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.gate import check_file
+    >>> check_file(path).status
+    'passed'
+    """
     name = name or path.stem
     try:
         design = read_design(path, name)
@@ -73,7 +144,46 @@ def check_file(
 
 
 def skip_unchanged(design: DesignFile, baseline: Baseline) -> DesignResult | None:
-    """Return the result of a design that was accepted as it is, None if it must be judged."""
+    """Return the result of a design that was accepted as it is, None if it must be judged.
+
+    Parameters
+    ----------
+    design : DesignFile
+    baseline : Baseline
+
+    Returns
+    -------
+    DesignResult or None
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.check import Baseline
+    >>> from slewctl.files import read_design
+    >>> from slewctl.gate import skip_unchanged
+    >>> skip_unchanged(read_design(path), Baseline(Path("accepted.json"), {})) is None
+    True
+    """
     text = design.source.text
     accepted = baseline.accepted(design.path, digest(text))
     mark = fingerprint(text)
@@ -96,6 +206,38 @@ def examine(
     design : DesignFile
     known : mapping of str to mapping, optional
         By arm, quantities that are measured though nothing requires them.
+
+    Returns
+    -------
+    DesignResult
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "arm.toml"
+    >>> text = '''
+    ... [arm]
+    ... catalogue = "paper-beam"
+    ... damping_ratio = 0.01
+    ... hub = { inertia = 0.2 }
+    ... [model]
+    ... basis = "clamped-free"
+    ... n = 1
+    ... [controller]
+    ... method = "lqg"
+    ... limits = { tip = 0.03, torque = 1.0 }
+    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
+    ... [truth]
+    ... modes = 10
+    ... [requirements]
+    ... gain_margin_db = 3.0
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> from slewctl.files import read_design
+    >>> from slewctl.gate import examine
+    >>> [finding.verdict.requirement for finding in examine(read_design(path)).findings]
+    ['stable', 'gain_margin_db']
     """
     start = time.perf_counter()
     judging = Judge(design.case)

@@ -18,16 +18,8 @@ if TYPE_CHECKING:
         multiloop_margins,
         perturbation_system,
     )
-    from slewctl.loop.robust.nu_gap import (
-        GeneralisedMargin,
-        NuGap,
-        PlantGraph,
-        best_output_scale,
-        gap_between,
-        ncf_margin,
-        nu_gap,
-        plant_graph,
-    )
+    from slewctl.loop.robust.ncf_margin import GeneralisedMargin, best_output_scale, ncf_margin
+    from slewctl.loop.robust.nu_gap import NuGap, PlantGraph, gap_between, nu_gap, plant_graph
     from slewctl.loop.robust.return_ratios import input_loop, input_output_loop, output_loop
     from slewctl.loop.robust.small_gain import (
         ResidualMode,

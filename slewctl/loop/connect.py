@@ -31,11 +31,26 @@ def close(model: Model, objective: Objective, controller: Controller | control.S
         actuator, by name; it is connected with a plus sign.  If it has a sample time the
         loop is a `SampledLoop`; a computational delay can be given by `slewctl.design.given`.
 
+    Returns
+    -------
+    Loop or SampledLoop
+        The latter if the controller has a sample time.
+
     Raises
     ------
     InputError
         If the controller takes other sensors than the objective names, or commands another
         actuator.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> loop = sc.close(problem.truth, problem.objective, sc.lqg(plant))
+    >>> loop.stable
+    True
     """
     check_model(model, "close")
     if not isinstance(objective, Objective):

@@ -78,6 +78,14 @@ def fit(
         measurements.
     AccuracyError
         If the search, or the frequencies of the adjusted arm, do not converge.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> found = sc.fit(arm, {1: 0.9}, free=["beam.stiffness"])
+    >>> round(float(sc.hub_locked_frequencies_hz(found.arm, 1)[0]), 3)
+    0.9
     """
     problem = _pose(arm, measured_frequencies_hz, free, boundary, uncertainty)
     while True:

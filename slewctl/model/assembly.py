@@ -140,6 +140,13 @@ def assemble(arm: Arm, basis: Basis | str, n: int | None = None) -> Model:
         If `arm` or `basis` is something else, or the mass matrix is not positive definite.
     AccuracyError
         If the integrals of a callable profile do not settle.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> sc.assemble(arm, sc.ClampedFree(2)).frequencies_hz.round(2).tolist()
+    [1.06, 4.16]
     """
     check_arm(arm, "assemble")
     matched = described(basis, n, "assemble").matched_to(arm)

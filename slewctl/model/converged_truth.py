@@ -74,6 +74,13 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     ------
     InputError
         If modes < 1 or more than 500, or `arm` is not an arm.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> sc.truth(arm, 3).frequencies_hz.round(3).tolist()
+    [1.061, 4.161, 10.724]
     """
     check_arm(arm, "truth")
     return _truth(arm, check_modes(modes, "truth.modes"))
@@ -89,10 +96,22 @@ def arm_modes(arm: Arm, n: int) -> Basis:
     arm : Arm
     n : int
 
+    Returns
+    -------
+    Basis
+
     Raises
     ------
     InputError
         As `truth`.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> modes = sc.assemble(arm, sc.arm_modes(arm, 2))
+    >>> (modes.frequencies_hz / sc.truth(arm, 2).frequencies_hz).round(6).tolist()
+    [1.0, 1.0]
     """
     return truth(arm, n).basis
 

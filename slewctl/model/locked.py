@@ -60,10 +60,22 @@ def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Freq
         How many flexible modes.
     boundary : {"hub-locked", "free"}
 
+    Returns
+    -------
+    Frequencies
+
     Raises
     ------
     InputError
         If `arm` is not an arm, modes < 1 or more than 500, or the boundary is unknown.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> from slewctl.model import frequencies
+    >>> frequencies(arm, 2, "free").hz.round(3).tolist()
+    [1.061, 4.161]
     """
     check_arm(arm, "frequencies")
     check_choice(boundary, BOUNDARIES, "frequencies.boundary")
@@ -76,6 +88,22 @@ def hub_locked_frequencies_hz(arm: Arm, modes: int) -> Array:
     """Return the first `modes` frequencies in Hz of `arm` with its hub held, shape (modes,).
 
     `frequencies` returns them with their error estimates.
+
+    Parameters
+    ----------
+    arm : Arm
+    modes : int
+
+    Returns
+    -------
+    ndarray, shape (modes,)
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> sc.hub_locked_frequencies_hz(arm, 2).round(3).tolist()
+    [0.77, 4.097]
     """
     return frequencies(arm, modes, "hub-locked").hz
 

@@ -174,12 +174,24 @@ def large_slew(model: Model, stiffening: bool = True) -> NonlinearModel:
         Whether the tension of the turning beam stiffens it (κ = 1).  Without it the
         equations are the paper's, and wrong when θ̇ nears the lowest hub-locked frequency.
 
+    Returns
+    -------
+    NonlinearModel
+
     Raises
     ------
     InputError
         If `model` is not a model.
     AccuracyError
         If the integrals of a callable profile do not settle.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> model = sc.assemble(arm, "clamped-free", n=2)
+    >>> type(sc.large_slew(model)).__name__
+    'NonlinearModel'
     """
     check_model(model, "large_slew")
     F = carried_mass_factor(model.arm, model.basis)

@@ -10,7 +10,25 @@ from slewctl.model.assembly import assemble
 
 
 def beam_mass(arm: Arm) -> float:
-    """Return ∫ m̄ dx in kg."""
+    """Return ∫ m̄ dx in kg.
+
+    Parameters
+    ----------
+    arm : Arm
+
+    Returns
+    -------
+    float
+        In kg.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> from slewctl.model import beam_mass
+    >>> round(beam_mass(arm), 4)
+    0.7917
+    """
     L = arm.beam.length
     near, middle, far = (_inertia(arm.beam, r) for r in (0.0, L / 2, L))
     # ∫ m̄ (r + x)² dx is a parabola in r, whose second difference is 2 (L/2)² ∫ m̄ dx.
@@ -18,12 +36,48 @@ def beam_mass(arm: Arm) -> float:
 
 
 def beam_inertia(arm: Arm) -> float:
-    """Return ∫ m̄ (r + x)² dx in kg·m²: the beam's inertia about the axis."""
+    """Return ∫ m̄ (r + x)² dx in kg·m²: the beam's inertia about the axis.
+
+    Parameters
+    ----------
+    arm : Arm
+
+    Returns
+    -------
+    float
+        In kg·m².
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> from slewctl.model import beam_inertia
+    >>> round(beam_inertia(arm), 4)
+    0.1944
+    """
     return _inertia(arm.beam, arm.hub.radius)
 
 
 def total_inertia(arm: Arm) -> float:
-    """Return J in kg·m²: the inertia of the rigid arm about the axis (physics of eq. 9)."""
+    """Return J in kg·m²: the inertia of the rigid arm about the axis (physics of eq. 9).
+
+    Parameters
+    ----------
+    arm : Arm
+
+    Returns
+    -------
+    float
+        In kg·m².
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> from slewctl.model import total_inertia
+    >>> round(total_inertia(arm), 4)
+    0.3944
+    """
     return float(assemble(arm, Polynomial(1)).mass[0, 0])
 
 

@@ -113,6 +113,24 @@ def critical_spin_rad_s(model: Model) -> float:
     """Return the spin at which K_e − Ω²M_s, the stiffness without stiffening, is singular.
 
     For a payload without rotary inertia it is the lowest hub-locked frequency, in rad/s.
+
+    Parameters
+    ----------
+    model : Model
+
+    Returns
+    -------
+    float
+        In rad/s.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> model = sc.assemble(arm, "clamped-free", n=2)
+    >>> from slewctl.model import critical_spin_rad_s
+    >>> round(critical_spin_rad_s(model), 3)
+    4.836
     """
     parts = factors(model.arm, model.basis)
     T = qr(parts.stiffness, mode="r")[0][: model.n]
@@ -151,6 +169,14 @@ def spin_frequencies_hz(
     ------
     InputError
         If `model` is not a model, the spin not a number or the plane unknown.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> model = sc.assemble(arm, "clamped-free", n=2)
+    >>> sc.spin_frequencies_hz(model, 2.0).round(3).tolist()
+    [0.782, 4.15]
     """
     check_model(model, "spin_frequencies_hz")
     spin = check_number(spin_rad_s, "spin_frequencies_hz.spin_rad_s")

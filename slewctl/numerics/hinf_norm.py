@@ -53,10 +53,22 @@ def peak_gain(system: LinearSystem) -> Peak:
         The caller decides stability first: of an unstable system, without poles on the
         axis, this is the largest gain on the axis (the L∞ norm).
 
+    Returns
+    -------
+    Peak
+
     Raises
     ------
     AccuracyError
         If the level sets do not close in on the peak.
+
+    Examples
+    --------
+    >>> from slewctl.numerics.hinf_norm import peak_gain
+    >>> from slewctl.numerics.linear_system import LinearSystem
+    >>> peak = peak_gain(LinearSystem([[0.0, 1], [-1, -0.1]], [[0.0], [1]], [[1.0, 0]], [[0.0]]))
+    >>> round(peak.value, 4)
+    10.0125
     """
     response = FrequencyResponse(system)
 

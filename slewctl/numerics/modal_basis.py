@@ -7,17 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import LinAlgError, lu_factor, lu_solve
-from scipy.sparse.csgraph import connected_components
 
 from slewctl._types import Array, ComplexArray, IntArray
+from slewctl.numerics.modes import AT_ORIGIN, linked, near
 from slewctl.numerics.ordered_schur import nearest_of, ordered_complex_schur
 
 # An eigenvalue of a worse condition shares a block with those near to it: half of the digits.
 _WORST = 1e6
 # How near, relative: wider only where that leaves eigenvectors nearly parallel.
 _NEARNESS = (1e-3, 1e-2, 0.1, 0.5)
-# A double eigenvalue at the origin is computed with an error of up to √ε‖A‖.
-_AT_ORIGIN = 1e-7
 _ITERATIONS = 8  # of a factor of about 1e-3 each
 
 
@@ -49,7 +47,7 @@ def modal_bases(A: Array) -> Iterator[tuple[IntArray, Modes]]:
 
 def _blocked(A: Array, values: ComplexArray, V: ComplexArray) -> Modes:
     """Return the modes of one matrix, those with nearly parallel eigenvectors in blocks."""
-    reach = _AT_ORIGIN * float(np.abs(values).max(initial=0.0))
+    reach = AT_ORIGIN * float(np.abs(values).max(initial=0.0))
     for nearness in _NEARNESS:
         groups = _groups(values, nearness, reach)
         alone = np.array([group[0] for group in groups if len(group) == 1], dtype=int)
@@ -83,13 +81,10 @@ def _assembled(V: ComplexArray, blocks: list[ComplexArray]) -> Modes:
     return Modes(V[None], W[None], J[None], tuple(index))
 
 
-def _groups(values: ComplexArray, nearness: float, reach: float) -> list[IntArray]:
-    """Return the eigenvalues in groups linked by a chain of near ones."""
-    sizes = np.abs(values)
-    room = nearness * np.maximum(sizes[:, None], sizes)
-    near = (np.abs(values[:, None] - values) <= room) | (np.maximum(sizes[:, None], sizes) <= reach)
-    count, label = connected_components(near, directed=False)
-    return [np.flatnonzero(label == k) for k in range(count)]
+def _groups(poles: ComplexArray, nearness: float, reach: float) -> list[IntArray]:
+    """Return the poles in groups linked by a chain of near ones, those at the origin together."""
+    slow = np.abs(poles) <= reach
+    return linked(near(poles, nearness) | np.outer(slow, slow))
 
 
 def _block_basis(

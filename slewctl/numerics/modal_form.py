@@ -17,7 +17,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from slewctl._types import Array, ComplexArray, IntArray
 from slewctl.numerics.balance import balance_realisation
@@ -25,6 +24,7 @@ from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.long_sums import LongSum
 from slewctl.numerics.modal_basis import modal_bases
 from slewctl.numerics.modal_bounds import Stack, best_modes
+from slewctl.numerics.modes import linked
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,6 @@ def _uncoupled(A: Array) -> Iterator[IntArray]:
     """Yield the sets of states that A couples with each other, those of one size together."""
     if not len(A):
         return
-    _, label = connected_components(A != 0, directed=False)
-    sets = [np.flatnonzero(label == k) for k in range(label.max() + 1)]
+    sets = linked(A != 0)
     for size in sorted({len(states) for states in sets}):
         yield np.array([states for states in sets if len(states) == size])

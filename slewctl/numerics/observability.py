@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import cast
-
 import numpy as np
-from scipy.linalg import eig
 
 from slewctl._types import Array, ComplexArray
 from slewctl.numerics.balance import balance
+from slewctl.numerics.modes import Eigensystem
 
 # What a mode must add to the rank of its test matrix, whose rows and columns are of size one.
 _SEEN = 1e-11
@@ -24,14 +22,11 @@ def pole_rounding(A: Array) -> tuple[ComplexArray, Array]:
     To first order, and entry by entry: |y|ᵀ|A||x| / |yᴴx| with the eigenvectors of the
     balanced matrix.  A slow pole beside a fast one keeps its own accuracy.
     """
-    scale = balance(A)
-    balanced = A / scale[:, None] * scale
-    found = cast("tuple[ComplexArray, ...]", eig(balanced, left=True, right=True))
-    values, left, right = found
+    found = Eigensystem.of(A)
     # A double pole moves by the root of what rounds it.
-    apart = np.maximum(np.abs(np.sum(left.conj() * right, axis=0)), np.finfo(float).eps ** 0.5)
-    moved = np.sum(np.abs(left) * (np.abs(balanced) @ np.abs(right)), axis=0) / apart
-    return values.astype(complex), 4 * len(A) * np.finfo(float).eps * moved
+    size = np.abs(found.left).T * (np.abs(found.balanced) @ np.abs(found.right))
+    moved = np.sum(size, axis=0) / np.abs(found.meeting)
+    return found.poles, 4 * len(A) * np.finfo(float).eps * moved
 
 
 def poles_and_growth(A: Array, sample_time: float) -> tuple[ComplexArray, float]:

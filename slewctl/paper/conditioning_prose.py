@@ -15,6 +15,15 @@ def conditioning_words(finding: ConditioningFinding) -> tuple[str, ...]:
     Parameters
     ----------
     finding : ConditioningFinding
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> from slewctl.paper import conditioning_words, reproduce
+    >>> conditioning_words(reproduce().conditioning)  # doctest: +SKIP
     """
     ratios = dict.fromkeys(reach.hub_ratio for reach in finding.reaches)
     return (

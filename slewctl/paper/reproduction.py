@@ -47,6 +47,15 @@ def reproduce(progress: Callable[[str], None] | None = None) -> PaperReproductio
     ----------
     progress : callable, optional
         Called with each of `PARTS`, before that part.
+
+    Returns
+    -------
+    PaperReproduction
+
+    Examples
+    --------
+    >>> from slewctl.paper import reproduce
+    >>> reproduce(print)  # doctest: +SKIP
     """
 
     def say(part: str) -> None:

@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from slewctl.plant.nonlinear import nonlinear_system
     from slewctl.plant.objective import Objective
     from slewctl.plant.problem import GeneralisedPlant, check_plant, ill_posed
-    from slewctl.plant.reduction import Reduced, balanced_truncation, modal_truncation
+    from slewctl.plant.reduced import Reduced
+    from slewctl.plant.reduction import balanced_truncation, modal_truncation
     from slewctl.plant.sampled import (
         SampledClosed,
         SampledPlant,

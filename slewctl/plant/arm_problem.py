@@ -53,6 +53,16 @@ def generalised_plant(
         If a performance output or sensor responds to the torque without delay (such as
         ``tip_acceleration``), for which the H2 cost is not finite; if a station is beyond
         the tip, or the objective limits the voltage of an arm without a motor.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> model = sc.assemble(arm, "clamped-free", n=2)
+    >>> objective = sc.Objective({"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = sc.generalised_plant(model, objective)
+    >>> plant.A.shape, plant.C1.shape, plant.C2.shape
+    ((6, 6), (2, 6), (1, 6))
     """
     check_model(model, "generalised_plant")
     if not isinstance(objective, Objective):

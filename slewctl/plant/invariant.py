@@ -7,15 +7,23 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 import numpy as np
-from scipy.linalg import block_diag, schur
-from scipy.sparse.csgraph import connected_components
+from scipy.linalg import LinAlgError, block_diag, schur
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError, InputError
-from slewctl.numerics.ordered_schur import nearest_of, ordered_schur
+from slewctl.numerics.modes import (
+    AT_ORIGIN,
+    at_origin,
+    conjugate_pairs,
+    inseparable,
+    invariant_basis,
+    linked,
+    near,
+    real_pairs,
+    rigid_body,
+)
+from slewctl.numerics.ordered_schur import ordered_schur
 
-# A double pole at the origin is computed with an error of up to √ε‖A‖.
-_AT_ORIGIN = 1e-7
 # Poles this close to each other, relative, with eigenvectors at this angle or less are one
 # mode.  A pole of multiplicity m and its eigenvectors are computed with an error of about
 # ε^(1/m): the first value is for up to eight, the others where that leaves them parallel.
@@ -44,7 +52,7 @@ class Piece:
         block = A[np.ix_(states, states)]
         poles, vectors = np.linalg.eig(block)
         poles, vectors = poles.astype(complex), vectors.astype(complex)
-        slow = _rigid(poles, size)
+        slow = rigid_body(poles, size)
         Z, A_rigid = _rigid_subspace(block, np.abs(poles[slow]).max(initial=0.0), slow, size)
         T, order, modes, clusters = _split(block, poles, vectors, Z, np.flatnonzero(~slow))
         inverse = np.linalg.inv(T)
@@ -96,7 +104,7 @@ def _split(
     for width in _CLUSTERED:
         clusters = _clusters(poles, vectors, chosen, width)
         order, modes = _paired(poles, sorted(set(chosen.tolist()).difference(*clusters)))
-        bases = [_invariant(A, poles, cluster) for cluster in clusters]
+        bases = [invariant_basis(A, poles, cluster, "reduction") for cluster in clusters]
         T = np.hstack([rigid, vectors[:, order], *bases])
         condition = float(np.linalg.cond(T))
         if condition <= least:
@@ -130,41 +138,15 @@ def _clusters(
 ) -> list[tuple[int, ...]]:
     """Return the sets of poles, conjugates included, that are close with parallel eigenvectors."""
     own, shapes = poles[chosen], vectors[:, chosen]
-    sizes = np.abs(own)
-    apart = np.abs(own[:, None] - own) / np.maximum(sizes[:, None], sizes)
     cosines = np.abs(shapes.conj().T @ shapes)
-    joined = (apart <= width) & (1 - cosines**2 <= width**2)
+    joined = near(own, width) & (1 - cosines**2 <= width**2)
     # The conjugate of a cluster is one as well; both are one mode, with real coordinates.
     upper = chosen[own.imag > 0]
     pairs = np.searchsorted(chosen, upper)
     crowded = joined.sum(axis=0) > 1
     joined[pairs, pairs + 1] |= crowded[pairs]
-    _, labels = connected_components(joined, directed=False)
-    groups = [chosen[labels == label] for label in np.unique(labels[crowded])]
-    return [tuple(int(i) for i in group) for group in groups]
-
-
-def _invariant(A: Array, poles: ComplexArray, cluster: tuple[int, ...]) -> Array:
-    """Return an orthonormal basis of the invariant subspace of some poles of A."""
-    _, Z, found = ordered_schur(A, nearest_of(poles, cluster))
-    if found != len(cluster):
-        raise AccuracyError(
-            "poles that coincide could not be told from others close by",
-            where="reduction",
-            remedy="use modal coordinates",
-        )
-    return np.asarray(Z[:, :found])
-
-
-def _rigid(poles: ComplexArray, size: float) -> BoolArray:
-    """Return which poles belong to the rigid body: at the origin, and the one beside it."""
-    rigid = np.abs(poles) <= _AT_ORIGIN * size
-    if rigid.sum() == 1:
-        rest = np.where(rigid | (poles.imag != 0), np.inf, np.abs(poles))
-        if rest.size and np.isfinite(rest.min()):
-            rigid = rigid.copy()
-            rigid[int(np.argmin(rest))] = True
-    return np.asarray(rigid)
+    groups = [group for group in linked(joined) if crowded[group].any()]
+    return [tuple(chosen[group].tolist()) for group in groups]
 
 
 def _rigid_subspace(A: Array, largest: float, rigid: BoolArray, size: float) -> tuple[Array, Array]:
@@ -173,20 +155,18 @@ def _rigid_subspace(A: Array, largest: float, rigid: BoolArray, size: float) -> 
     if not count:
         return np.zeros((len(A), 0)), np.zeros((0, 0))
     limit = largest * (1 + 1e-6) + np.finfo(float).eps * size
+
     # An ordered Schur form: the eigenvectors of a pole near the origin and of one at it are
     # almost parallel, the plane that they span is well defined all the same.
-    T, Z, found = ordered_schur(
-        A,
-        lambda poles: (
-            (np.abs(poles) <= _AT_ORIGIN * size) | (poles.imag == 0) & (np.abs(poles) <= limit)
-        ),
-    )
+    def slow(poles: ComplexArray) -> BoolArray:
+        return at_origin(poles, size) | (poles.imag == 0) & (np.abs(poles) <= limit)
+
+    try:
+        T, Z, found = ordered_schur(A, slow)
+    except LinAlgError as error:
+        raise inseparable("reduction") from error
     if found != count:
-        raise AccuracyError(
-            "the rigid-body poles could not be told from the flexible ones",
-            where="reduction",
-            remedy="use modal coordinates",
-        )
+        raise inseparable("reduction")
     Z, block = Z[:, :count], T[:count, :count]
     if count == 1:
         return Z, np.zeros((1, 1))
@@ -198,7 +178,7 @@ def _rigid_subspace(A: Array, largest: float, rigid: BoolArray, size: float) -> 
     angle *= np.sign(angle[np.argmax(np.abs(angle))])
     # A w = v − d w: the matrix A + d has rank one, so its pseudoinverse is its transpose.
     shifted = block + rate * np.eye(2)
-    if np.linalg.norm(shifted) <= _AT_ORIGIN * size:
+    if np.linalg.norm(shifted) <= AT_ORIGIN * size:
         check_rigid(3)
     w = shifted.T @ angle / np.linalg.norm(shifted) ** 2
     return Z @ np.column_stack([angle, w]), np.array([[0.0, 1.0], [0.0, 0.0 - rate]])
@@ -226,16 +206,10 @@ def _refuse_unstable(poles: ComplexArray, size: float) -> None:
 def _paired(poles: ComplexArray, kept: list[int]) -> tuple[list[int], tuple[tuple[int, ...], ...]]:
     """Return an order of the poles in which those of one mode follow each other, and the modes.
 
-    Complex poles pair with their conjugates.  The real poles of overdamped modes pair from
-    the middle outwards: Kelvin–Voigt damping sends one of each to −1/η, the other far left.
+    Real poles are taken as those of overdamped modes.
     """
-    pairs = [(i, i + 1) for i in kept if poles[i].imag > 0]
-    real = sorted((i for i in kept if poles[i].imag == 0), key=lambda i: -abs(poles[i]))
-    half, odd = divmod(len(real), 2)
-    groups: list[tuple[int, ...]] = [*pairs]
-    groups += [(real[half - 1 - i], real[half + i]) for i in range(half)]
-    if odd:
-        groups.append((real[-1],))
+    overdamped, lone = real_pairs(poles, kept, overdamped=True)
+    groups = [*conjugate_pairs(poles, kept), *overdamped, *((i,) for i in lone)]
     order = [i for group in groups for i in group]
     return order, consecutive(groups)
 

@@ -58,6 +58,14 @@ def nonlinear_system(
         For an unknown output or input, or a voltage without a motor.
     LargeDeflectionError
         When evaluated at a deflection for which the equations do not hold.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> model = sc.assemble(arm, "clamped-free", n=2)
+    >>> sc.nonlinear_system(model, ["theta", "tip"]).output_labels
+    ['theta', 'tip']
     """
     equations = large_slew(model, stiffening)
     names = check_signals(outputs, "outputs", model.arm.beam)

@@ -279,7 +279,18 @@ class GeneralisedPlant(Described, WithSystem):
 
 
 def ill_posed() -> InputError:
-    """Return the error of a loop without delay whose gain is exactly one."""
+    """Return the error of a loop without delay whose gain is exactly one.
+
+    Returns
+    -------
+    InputError
+
+    Examples
+    --------
+    >>> from slewctl.plant import ill_posed
+    >>> type(ill_posed()).__name__
+    'InputError'
+    """
     return InputError(
         "plant and controller make a loop without delay whose gain is one: it has no solution",
         where="close",
@@ -309,7 +320,25 @@ def _check_system(system: object, found: LinearSystem | None) -> None:
 
 
 def check_plant(plant: object, where: str, *, sampled: bool = False) -> None:
-    """Refuse what is not a `GeneralisedPlant`, and a sampled one unless that is allowed."""
+    """Refuse what is not a `GeneralisedPlant`, and a sampled one unless that is allowed.
+
+    Parameters
+    ----------
+    plant : object
+    where : str
+        For the message: what was asked of it.
+    sampled : bool
+        Whether a plant with a sample time is allowed.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.plant import check_plant
+    >>> check_plant(plant, "design")
+    """
     if isinstance(plant, GeneralisedPlant) and plant.sample_time and not sampled:
         raise InputError(
             f"the plant is sampled, every {plant.sample_time:g} s, and this method takes "

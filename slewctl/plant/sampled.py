@@ -201,11 +201,24 @@ def sampled_plant(plant: GeneralisedPlant, sample_time: float, delay: float = 0.
     delay : float
         In s, from a sample to the input computed from it; any fraction of T, up to 10 T.
 
+    Returns
+    -------
+    SampledPlant
+
     Raises
     ------
     InputError
         For impossible times, noise that both disturbs and is measured, or what passes
         without delay from a disturbance to an output or from the input to a sensor.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> sc.sampled_plant(plant, sample_time=0.01, delay=0.005).sample_time
+    0.01
     """
     check_plant(plant, "sampled_plant")
     T = check_positive(sample_time, "sample_time")
@@ -260,10 +273,26 @@ def _held(plant: GeneralisedPlant, h: float) -> Held:
 def split_delay(sample_time: float, delay: float) -> tuple[int, float]:
     """Return a delay as whole samples and the time that is left, less than a sample.
 
+    Parameters
+    ----------
+    sample_time, delay : float
+        In s.
+
+    Returns
+    -------
+    tuple of int and float
+        Whole samples, and the rest in s.
+
     Raises
     ------
     InputError
         For a delay that is negative or longer than ten samples.
+
+    Examples
+    --------
+    >>> from slewctl.plant import split_delay
+    >>> split_delay(0.5, 1.25)
+    (2, 0.25)
     """
     samples = check_nonnegative(delay, "delay") / sample_time
     if samples > MOST_DELAY:
@@ -282,6 +311,24 @@ def continuous_equivalent(poles: ComplexArray, sample_time: float) -> ComplexArr
 
     s decays, and oscillates at the instants, as z does.  A frequency above half the
     sampling rate appears below it.  A pole at z = 0 is gone after a sample and has no s.
+
+    Parameters
+    ----------
+    poles : ndarray of complex, shape (n,)
+    sample_time : float
+        T in s.
+
+    Returns
+    -------
+    ndarray of complex
+        In rad/s.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from slewctl.plant import continuous_equivalent
+    >>> continuous_equivalent(np.exp([-0.1, -0.2]).astype(complex), 0.1).real.round(6).tolist()
+    [-1.0, -2.0]
     """
     kept = poles[np.abs(poles) > np.finfo(float).eps]
     return np.log(kept.astype(complex)) / sample_time

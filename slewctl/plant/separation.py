@@ -18,13 +18,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
-from scipy.sparse.csgraph import connected_components
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError, InputError
 from slewctl.numerics.balance import balance
 from slewctl.numerics.given_system import read_system
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.modes import linked
 from slewctl.plant.invariant import Piece, check_rigid, consecutive
 
 _RESIDUAL = 1e-7
@@ -207,8 +207,7 @@ def _uncoupled(A: Array, size: float) -> list[list[int]]:
     if not len(A):
         return []
     coupled = np.abs(A) > len(A) * np.finfo(float).eps * size
-    count, labels = connected_components(coupled, directed=False)
-    return [np.flatnonzero(labels == k).tolist() for k in range(count)]
+    return [states.tolist() for states in linked(coupled)]
 
 
 def _assembled(B: Array, C: Array, pieces: Sequence[Piece]) -> Separated:

@@ -151,10 +151,20 @@ def signal(name: str, where: str = "outputs", beam: Beam | None = None) -> Signa
     beam : Beam, optional
         Given, a station beyond its tip is refused.
 
+    Returns
+    -------
+    Signal
+
     Raises
     ------
     InputError
         If there is no such output, with the nearest name.
+
+    Examples
+    --------
+    >>> from slewctl.plant import signal
+    >>> signal("moment@50mm").unit
+    'N·m'
     """
     parts = _STATION_NAME.fullmatch(name) if isinstance(name, str) else None
     if parts is None:

@@ -73,6 +73,15 @@ def state_space(
     InputError
         For an unknown output, input or coordinates, a station beyond the tip, a voltage
         without a motor, or a sample time that is not positive.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> model = sc.assemble(arm, "clamped-free", n=2)
+    >>> G = sc.state_space(model, ["theta", "tip"])
+    >>> G.nstates, G.input_labels, G.output_labels
+    (6, ['torque'], ['theta', 'tip'])
     """
     continuous = arm_equations(model, outputs, input, coordinates).to_control()
     if sample_time is None:

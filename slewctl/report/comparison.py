@@ -49,10 +49,26 @@ def write_comparison(comparison: Comparison, folder: Path, *, as_parquet: bool =
     as_parquet : bool
         Whether to write every table as Parquet too, which needs pyarrow.
 
+    Returns
+    -------
+    Path
+
     Raises
     ------
     InputError
         If the folder cannot be written, or pyarrow is missing; nothing is left half-written.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Case, compare
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
+    >>> objective = sc.Objective({"tip": 0.03, "torque": 1.0}, noise)
+    >>> case = Case("arm", arm, objective, truth_modes=6, bases=("clamped-free",), orders=(1,))
+    >>> from pathlib import Path
+    >>> from slewctl.report import write_comparison
+    >>> write_comparison(compare([case]), Path("report"))  # doctest: +SKIP
     """
     cases = [_section(k, case) for k, case in enumerate(comparison.cases)]
     results = {"versions": versions(), "cases": [_record(c) for c in comparison.cases]}

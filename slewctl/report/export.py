@@ -118,6 +118,11 @@ def check_parquet() -> None:
     Raises
     ------
     InputError
+
+    Examples
+    --------
+    >>> from slewctl.report import check_parquet
+    >>> check_parquet()  # doctest: +SKIP
     """
     if find_spec("pyarrow") is None:
         raise InputError(

@@ -26,10 +26,21 @@ def write_paper(reproduction: PaperReproduction, folder: Path) -> Path:
     folder : Path
         Gets ``index.html`` and ``results.json``, which holds the numbers.
 
+    Returns
+    -------
+    Path
+
     Raises
     ------
     InputError
         If the folder cannot be written; nothing is left half-written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.paper import reproduce
+    >>> from slewctl.report import write_paper
+    >>> write_paper(reproduce(), Path("report"))  # doctest: +SKIP
     """
     findings = reproduction.findings
     page = render(

@@ -24,10 +24,20 @@ def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) 
     as_parquet : bool
         Whether to write ``rows.parquet`` too, which needs pyarrow.
 
+    Returns
+    -------
+    Path
+
     Raises
     ------
     InputError
         If the folder cannot be written, or pyarrow is missing; nothing is left half-written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from slewctl.report import write_study
+    >>> write_study(result, Path("report"))  # doctest: +SKIP
     """
     answer = result.answer
     shown: dict[str, Any] = {

@@ -17,7 +17,8 @@ from slewctl._types import Array, BoolArray
 from slewctl.compare.study.area_under_curve import area_under_curve
 from slewctl.errors import InputError
 from slewctl.loop import FrequencyResponse, Loop, close
-from slewctl.loop.robust.nu_gap import best_output_scale, ncf_margin, nu_gap
+from slewctl.loop.robust.ncf_margin import best_output_scale, ncf_margin
+from slewctl.loop.robust.nu_gap import nu_gap
 from slewctl.loop.robust.small_gain import LeftOut
 from slewctl.model import Model
 from slewctl.plant import generalised_plant

@@ -25,7 +25,8 @@ from slewctl.compare import (
     follow,
     read,
 )
-from slewctl.compare.quantities import RECORDED, row
+from slewctl.compare.quantities import RECORDED
+from slewctl.compare.reading import row
 from slewctl.compare.study.answer import HUB, OTHER_AXES
 from slewctl.compare.study.point import column
 from slewctl.files import read_design

@@ -25,7 +25,8 @@ from slewctl import (
 )
 from slewctl.arm import vary
 from slewctl.compare import QUANTITIES, Case, Yardstick, evaluate, read
-from slewctl.compare.worst_arm import PROPERTIES, WorstCase, worst_case
+from slewctl.compare.arm_box import PROPERTIES
+from slewctl.compare.worst_arm import WorstCase, worst_case
 
 pytestmark = pytest.mark.xdist_group("worst arm")
 ARM = Arm(Beam(1.0, 1.0, 1.0), Hub(0.2, friction=0.05), Payload(0.05), damping_ratio=0.01)

@@ -13,14 +13,30 @@ ROOT = Path(__file__).parents[2]
 LOADED = re.compile(r"""<(?:script|img|iframe|link)[^>]*(?:src|href)=["'](?:https?:)?//""")
 
 
-@pytest.mark.slow
-def test_built_pages_load_nothing_from_a_network(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Return the text of every built page by its name."""
     for name in ("sphinx", "numpydoc", "myst_parser", "pydata_sphinx_theme", "latex2mathml"):
         pytest.importorskip(name, reason="the extra docs is not installed")
+    folder = tmp_path_factory.mktemp("guide")
     subprocess.run(
-        [sys.executable, "-m", "sphinx", "-W", "-q", str(ROOT / "docs"), str(tmp_path)], check=True
+        [sys.executable, "-m", "sphinx", "-W", "-q", str(ROOT / "docs"), str(folder)], check=True
     )
-    pages = list(tmp_path.rglob("*.html"))
+    return {page.name: page.read_text(encoding="utf-8") for page in folder.rglob("*.html")}
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("guide")
+def test_built_pages_load_nothing_from_a_network(pages: dict[str, str]) -> None:
     assert pages
-    for page in pages:
-        assert not LOADED.search(page.read_text(encoding="utf-8")), page.name
+    for name, text in pages.items():
+        assert not LOADED.search(text), name
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("guide")
+@pytest.mark.parametrize("page", ["install", "paper", "design-file", "requirements", "gate"])
+def test_the_sidebar_of_a_page_leads_to_all_others(pages: dict[str, str], page: str) -> None:
+    (sidebar,) = re.findall(r'<nav class="bd-docs-nav.*?</nav>', pages[f"{page}.html"], re.S)
+    for other in ("install", "data-sheet", "study-file", "requirements", "gate", "slewctl"):
+        assert f"{other}.html" in sidebar or other == page

@@ -11,7 +11,8 @@ from random_multiloops import flexible_plant, lqg_controller
 from strategies import deterministic
 
 from slewctl import InputError
-from slewctl.loop.robust.nu_gap import best_output_scale, ncf_margin, nu_gap
+from slewctl.loop.robust.ncf_margin import best_output_scale, ncf_margin
+from slewctl.loop.robust.nu_gap import nu_gap
 from slewctl.numerics.frequency_response import FrequencyResponse
 from slewctl.numerics.given_system import static
 

@@ -27,13 +27,8 @@ from slewctl import (
 )
 from slewctl.loop.margin_functions import hybrid_delay_margin, margins
 from slewctl.loop.robust.multiloop import multiloop_margins
-from slewctl.loop.robust.nu_gap import (
-    best_output_scale,
-    gap_between,
-    ncf_margin,
-    nu_gap,
-    plant_graph,
-)
+from slewctl.loop.robust.ncf_margin import best_output_scale, ncf_margin
+from slewctl.loop.robust.nu_gap import gap_between, nu_gap, plant_graph
 from slewctl.loop.robust.return_ratios import input_loop, input_output_loop, output_loop
 from slewctl.numerics.given_system import static
 from slewctl.testing import assert_margins

@@ -31,6 +31,10 @@ def dask_cluster(address: str) -> Iterator[Executor]:
     address : str
         Of the scheduler, such as ``tcp://host:8786``.
 
+    Returns
+    -------
+    context manager of concurrent.futures.Executor
+
     Raises
     ------
     InputError
@@ -38,6 +42,12 @@ def dask_cluster(address: str) -> Iterator[Executor]:
         has no slewctl or other versions than this process.
     WorkerDiedError
         From within its block, if a piece of work kills every worker that takes it.
+
+    Examples
+    --------
+    >>> from slewctl.compare import dask_cluster
+    >>> with dask_cluster("tcp://scheduler:8786") as executor:  # doctest: +SKIP
+    ...     result = sc.run_study(study, path, stamp={}, executor=executor)
     """
     try:
         import distributed  # an extra: only those who ask for it need it

@@ -255,6 +255,25 @@ def count_points(study: Study) -> int:
 
     An axis is counted by the grids that hold a value: a point is one of the study if some
     grid holds its values of all axes.
+
+    Parameters
+    ----------
+    study : Study
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Grid, Study, count_points
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> grid = Grid(bases=("slewing",), orders=(1,), hub_ratios=(1.0,), payload_ratios=(0.0,),
+    ...     damping_ratios=(0.01,), bandwidths=(0.5,))
+    >>> study = Study("hubs", "", arm, (grid,), truth_modes=10)
+    >>> count_points(study)
+    1
     """
     everywhere = frozenset(range(len(study.grids)))
     held_by = Counter({everywhere: 1})  # combinations of the axes so far, by their grids

@@ -18,7 +18,8 @@ from slewctl.compare.case import Case
 from slewctl.compare.design_basis import DesignModel, design_model
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.judgement import Judgement
-from slewctl.compare.quantities import QUANTITIES, Quantity, read
+from slewctl.compare.quantities import QUANTITIES, Quantity
+from slewctl.compare.reading import read
 from slewctl.compare.study.grid import (
     Point,
     Study,
@@ -95,7 +96,36 @@ def run_study(
     progress: Callable[[int], None] | None = None,
     notice: Notice | None = None,
 ) -> StudyResult:
-    """Try every point of a study; see `sweep` for the parameters and errors."""
+    """Try every point of a study; see `sweep` for the parameters and errors.
+
+    Parameters
+    ----------
+    study : Study
+    results : Path
+        Gets a line for each point.
+    stamp, executor, workers, resume, progress, notice
+        As for `sweep`.
+
+    Returns
+    -------
+    StudyResult
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Grid, Study
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> grid = Grid(bases=("slewing",), orders=(1,), hub_ratios=(1.0,), payload_ratios=(0.0,),
+    ...     damping_ratios=(0.01,), bandwidths=(0.5,))
+    >>> study = Study("hubs", "", arm, (grid,), truth_modes=10)
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "rows.jsonl"
+    >>> result = sc.run_study(study, path, stamp={}, executor=ThreadPoolExecutor(1))
+    >>> len(result.rows)
+    1
+    """
 
     def pieces() -> Iterator[Piece]:
         for point in study.points():
@@ -147,6 +177,18 @@ def evaluate_point(work: Work) -> list[Row]:
             Condition number of M_e; None for a reduction.
         error_bound
             Of a reduction, see `slewctl.plant.Reduced`; None for a basis.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Grid, Study, Work, evaluate_point
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> grid = Grid(bases=("slewing",), orders=(1,), hub_ratios=(1.0,), payload_ratios=(0.0,),
+    ...     damping_ratios=(0.01,), bandwidths=(0.5,))
+    >>> study = Study("hubs", "", arm, (grid,), truth_modes=10)
+    >>> work = Work(arm, study.truth_modes, next(study.points()))
+    >>> evaluate_point(work)[0]["outcome"]
+    'stable'
     """
     point, setting = work.point, work.point.setting
     axes = {

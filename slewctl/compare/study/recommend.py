@@ -16,7 +16,7 @@ from slewctl.arm import Arm
 from slewctl.basis import NAMES
 from slewctl.breakdown import computing
 from slewctl.compare.judgement import Judgement
-from slewctl.compare.quantities import read
+from slewctl.compare.reading import read
 from slewctl.compare.study.answer import GOOD, percent
 from slewctl.compare.study.grid import check_sensors, omega_of
 from slewctl.compare.study.point import on_twice, place_of
@@ -143,7 +143,18 @@ class Recommendation:
 
 
 def count_trials() -> int:
-    """Return how many times `recommend` calls `progress`."""
+    """Return how many times `recommend` calls `progress`.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> from slewctl.compare import count_trials
+    >>> count_trials() > 1
+    True
+    """
     return len(NAMES) * len(ORDERS) * len(BANDWIDTHS)
 
 
@@ -173,12 +184,23 @@ def recommend(
         arm is `slewctl.arms.CATALOGUE`\ ``[name].damping``.
     progress : callable, optional
 
+    Returns
+    -------
+    Recommendation
+
     Raises
     ------
     InputError
         For an unknown sensor.
     DesignError
         If no design is acceptable at any bandwidth; the message says what came closest.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> found = sc.recommend(arm, truth_modes=10)  # doctest: +SKIP
+    >>> found.basis, found.n  # doctest: +SKIP
     """
     measured = check_sensors(sensors)
     trials = []

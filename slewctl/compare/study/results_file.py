@@ -65,10 +65,33 @@ class Rows(Sequence[Row]):
 def rows(results: Path) -> Rows:
     """Return the rows of all finished pieces, ordered by the keys of the pieces.
 
+    Parameters
+    ----------
+    results : Path
+        As `sweep` wrote it.
+
+    Returns
+    -------
+    iterable of mapping
+        From names of columns to values.
+
     Raises
     ------
     InputError
         If the file is no result of a sweep, or a line of it is damaged.
+
+    Examples
+    --------
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> from slewctl.compare import Piece, rows, sweep
+    >>> def square(number):
+    ...     return [{"number": number, "square": number**2}]
+    >>> path = Path(mkdtemp()) / "squares.jsonl"
+    >>> sweep(square, [Piece("3", 3)], path, stamp={}, executor=ThreadPoolExecutor(1))
+    >>> list(rows(path))
+    [{'number': 3, 'square': 9}]
     """
     keys: tuple[str, ...] = ()
     found: dict[str, list[tuple[Any, ...]]] = {}

@@ -108,6 +108,19 @@ def sweep(
     WorkerDiedError
         If one piece alone kills its worker, when everything else has been done, or if an
         executor has lost its workers.
+
+    Examples
+    --------
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> from slewctl.compare import Piece, rows, sweep
+    >>> def square(number):
+    ...     return [{"number": number, "square": number**2}]
+    >>> path = Path(mkdtemp()) / "squares.jsonl"
+    >>> sweep(square, [Piece("3", 3)], path, stamp={}, executor=ThreadPoolExecutor(1))
+    >>> list(rows(path))
+    [{'number': 3, 'square': 9}]
     """
     report, tell = progress or (lambda _: None), notice or (lambda _: None)
     with results_file(results, stamp, resume=resume, notice=tell) as file:

@@ -62,6 +62,16 @@ def lead(
         For impossible values.
     DesignError
         If the angle is not measured, or one lead cannot give the phase.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> K = sc.lead(plant, crossover_hz=0.3)
+    >>> problem.judge(K).stable
+    True
     """
     start = perf_counter()
     rigid = rigid_arm(plant)

@@ -89,6 +89,16 @@ def pd_notch(
         there are none.
     DesignError
         If the angle is not measured, or the wish needs a negative gain.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> K = sc.pd_notch(plant, bandwidth_hz=0.3)
+    >>> problem.judge(K).stable
+    True
     """
     start = perf_counter()
     model, rigid = model_of(plant), rigid_arm(plant)

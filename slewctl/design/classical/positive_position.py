@@ -91,6 +91,16 @@ def positive_position(
     DesignError
         If no bending is measured, the signal does not show a mode, or the filters together
         would take away all of the arm's stiffness.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1, "root_moment": 0.01}
+    >>> problem = sc.Problem(arm, limits={"tip": 0.03, "torque": 1.0}, noise=noise)
+    >>> K = sc.positive_position(problem.plant("clamped-free", n=1), bandwidth_hz=0.3)
+    >>> problem.judge(K).stable
+    True
     """
     start = perf_counter()
     model, rigid = model_of(plant), rigid_arm(plant)

@@ -82,12 +82,26 @@ def h2_state_feedback(plant: GeneralisedPlant) -> H2Gain:
     plant : GeneralisedPlant
         In any coordinates, as for `slewctl.design.h2_lmi`.
 
+    Returns
+    -------
+    H2Gain
+        Its ``gain`` has shape (m, n).
+
     Raises
     ------
     DesignError
         If a mode is not penalised, not seen or not reached.
     AccuracyError
         If the solver returns nothing.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> sc.h2_state_feedback(plant).gain.shape
+    (1, 4)
     """
     return solve_state_feedback(build_state_feedback(plant))
 
@@ -100,10 +114,24 @@ def h2_estimator(plant: GeneralisedPlant) -> H2Gain:
     ----------
     plant : GeneralisedPlant
 
+    Returns
+    -------
+    H2Gain
+        Its ``gain`` has shape (n, p).
+
     Raises
     ------
     DesignError, AccuracyError
         As `h2_state_feedback`.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> sc.h2_estimator(plant).gain.shape
+    (4, 1)
     """
     return solve_estimator(build_estimator(plant))
 

@@ -85,6 +85,16 @@ def h2_hinf(
         possible; or as `lqg`.
     InputError
         If an option is not positive.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> K = sc.h2_hinf(plant, hinf_max=100.0, weight_hz=5.0)
+    >>> K.certificate.verified
+    True
     """
     check_plant(plant, "h2_hinf")
     gamma = check_positive(

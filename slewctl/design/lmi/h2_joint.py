@@ -130,10 +130,25 @@ def build_h2_joint(
     performance_unit : float
         z and u are measured in this times the unit that makes C1 and B2 equally large.
 
+    Returns
+    -------
+    JointH2Problem
+
     Raises
     ------
     DesignError, AccuracyError
         As `slewctl.design.h2_lmi`.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.design import build_h2_joint
+    >>> joint = build_h2_joint(plant)
+    >>> joint.problem.is_dcp()
+    True
     """
     import cvxpy as cp  # only those who synthesise by matrix inequalities wait for it
 
@@ -156,7 +171,27 @@ def build_h2_joint(
 
 
 def solve_h2_joint(joint: JointH2Problem) -> Controller:
-    """Return the controller of a built problem, with what it achieves recomputed."""
+    """Return the controller of a built problem, with what it achieves recomputed.
+
+    Parameters
+    ----------
+    joint : JointH2Problem
+        From `build_h2_joint`.
+
+    Returns
+    -------
+    Controller
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.design import build_h2_joint, solve_h2_joint
+    >>> solve_h2_joint(build_h2_joint(plant)).method
+    'h2-lmi'
+    """
     start = perf_counter()
     run = solve(joint.problem, _TOLERANCE, "h2_lmi")
     spent = perf_counter() - start

@@ -85,6 +85,16 @@ def h2_lmi(plant: GeneralisedPlant, *, formulation: Formulation = "separated") -
         told apart.
     InputError
         For an unknown formulation.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> K = sc.h2_lmi(plant)
+    >>> bool(abs(K.h2_cost / sc.lqg(plant).h2_cost - 1) < 1e-6)
+    True
     """
     check_choice(formulation, ("separated", "joint"), "formulation")
     if formulation == "joint":
@@ -93,7 +103,26 @@ def h2_lmi(plant: GeneralisedPlant, *, formulation: Formulation = "separated") -
 
 
 def build_h2(plant: GeneralisedPlant) -> H2Problem:
-    """Return the two inequalities of a plant, scaled; see `h2_lmi` for errors."""
+    """Return the two inequalities of a plant, scaled; see `h2_lmi` for errors.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+
+    Returns
+    -------
+    H2Problem
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.design import build_h2
+    >>> type(build_h2(plant)).__name__
+    'H2Problem'
+    """
     start = perf_counter()
     setting = h2_setting(plant)
     regulator, observer = regulator_lmi(setting.scaled), filter_lmi(setting.scaled)
@@ -114,7 +143,27 @@ def filter_lmi(plant: ScaledPlant) -> GainLMI:
 
 
 def solve_h2(problem: H2Problem) -> Controller:
-    """Return the controller of a built problem, with what it achieves recomputed."""
+    """Return the controller of a built problem, with what it achieves recomputed.
+
+    Parameters
+    ----------
+    problem : H2Problem
+        From `build_h2`.
+
+    Returns
+    -------
+    Controller
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> from slewctl.design import build_h2, solve_h2
+    >>> solve_h2(build_h2(plant)).method
+    'h2-lmi'
+    """
     start = perf_counter()
     first = solve(problem.regulator.problem, problem.regulator.tolerance, "h2_lmi")
     second = solve(problem.filter.problem, problem.filter.tolerance, "h2_lmi")

@@ -84,6 +84,16 @@ def h2_region(
         If no such controller was found, with what would be possible; or as `lqg`.
     InputError
         For an impossible wish.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> K = sc.h2_region(plant, decay_rate_min=0.5)
+    >>> bool(sc.close(plant.model, problem.objective, K).poles.real.max() <= -0.5)
+    True
     """
     check_plant(plant, "h2_region")
     wish = _region("", decay_rate_min, damping_ratio_min, radius_max)

@@ -161,6 +161,16 @@ def payload_lmi(
         If no such gain was found, with the range that is possible; or as `lqg`.
     InputError
         For a plant without model or an impossible range.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> K = sc.payload_lmi(plant, payload_mass=[0.0, 0.1])
+    >>> K.certificate.verified
+    True
     """
     check_plant(plant, "payload_lmi")
     if plant.model is None or plant.objective is None:

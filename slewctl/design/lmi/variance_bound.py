@@ -66,6 +66,16 @@ def variance_bound(
         If the bounds cannot be met together, with what can be; or as `lqg`.
     InputError
         For a signal that the plant does not have, or nothing that keeps the actuator small.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> K = sc.variance_bound(plant, std_max={"torque": 1.0})
+    >>> K.certificate.verified
+    True
     """
     check_plant(plant, "variance_bound")
     signals = _signals(plant)

@@ -65,8 +65,19 @@ def pole_sensitivity(A: Array) -> PoleSensitivity:
     A : ndarray, shape (n, n)
         They depend on the coordinates; those in which states have comparable energies are
         the fair ones for a flexible arm.
+
+    Returns
+    -------
+    PoleSensitivity
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import slewctl as sc
+    >>> sc.pole_sensitivity(np.array([[-1.0, 100.0], [0.0, -2.0]])).condition.round(1).tolist()
+    [100.0, 100.0]
     """
-    # Three results with left=True: the stubs of scipy promise two.
+    # In these coordinates, not in balanced ones.  The stubs of scipy promise two results.
     values, left, right = eig(A, left=True, right=True)  # type: ignore[misc]
     with np.errstate(divide="ignore"):
         condition = 1 / np.abs(np.sum(left.conj() * right, axis=0))

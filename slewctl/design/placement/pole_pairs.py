@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.numerics.modes import real_pairs
 
 # Modes coupled by less than this, relative to the distance of their frequencies, are not:
 # their eigenvectors are turned by no more, and the poles only by its square.
@@ -201,10 +202,11 @@ def paired(values: ComplexArray) -> tuple[Roots, ...]:
     values : ndarray of complex
         Closed under conjugation, as the eigenvalues of a real matrix are.
     """
-    real = sorted((complex(v) for v in values if v.imag == 0), key=abs)
-    lone = [LonePole(pole.real) for pole in real[len(real) - len(real) % 2 :]]
+    every = range(len(values))
+    real, left = real_pairs(values, every, overdamped=False)
     pairs = [PolePair.of(v, np.conj(v)) for v in values if v.imag > 0]
-    pairs += [PolePair.of(*real[k : k + 2]) for k in range(0, len(real) - 1, 2)]
+    pairs += [PolePair.of(complex(values[i]), complex(values[k])) for i, k in real]
+    lone = [LonePole(float(values[k].real)) for k in left]
     return (*sorted(pairs, key=lambda pair: pair.frequency), *lone)
 
 

@@ -111,6 +111,16 @@ def pole_placement(
     DesignError
         If a mode that is to be moved is not reached by the actuator or not seen by the
         sensors, or one that is left alone is undamped.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> K = sc.pole_placement(plant, bandwidth_hz=0.3, damping_ratio=0.7)
+    >>> problem.judge(K).stable
+    True
     """
     start = perf_counter()
     energy = scaled(plant)
@@ -240,6 +250,16 @@ def place_observer(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
     ------
     InputError, DesignError, AccuracyError
         As `place`, for the sensors.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> gain = sc.place_observer(plant, [-2, -3, -1 + 9j, -1 - 9j])
+    >>> gain.shape
+    (4, 1)
     """
     energy = scaled(plant)
     loop = open_loop(energy.A)

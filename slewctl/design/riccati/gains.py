@@ -176,6 +176,21 @@ def kalman(plant: Any, *given: Any, W: Any = None, V: Any = None) -> QuadraticGa
 def dlqr(plant: Any, *weights: Any, Q: Any = None, R: Any = None, N: Any = None) -> QuadraticGain:
     """Return `lqr` of matrices that are of discrete time: ``K, S, E = dlqr(A, B, Q, R[, N])``.
 
+    Parameters
+    ----------
+    plant, *weights, Q, R, N
+        As for `lqr`; a plant or system is sampled.
+
+    Returns
+    -------
+    QuadraticGain
+        E in the z-plane.
+
+    Raises
+    ------
+    InputError, DesignError
+        As `lqr`, and for a continuous system.
+
     Examples
     --------
     >>> import slewctl as sc
@@ -188,6 +203,21 @@ def dlqr(plant: Any, *weights: Any, Q: Any = None, R: Any = None, N: Any = None)
 
 def dlqe(plant: Any, *given: Any) -> QuadraticGain:
     """Return `kalman` of matrices of discrete time: ``L, P, E = dlqe(A, G, C, QN, RN)``.
+
+    Parameters
+    ----------
+    plant, *given
+        As for `kalman`; a plant or system is sampled.
+
+    Returns
+    -------
+    QuadraticGain
+        E in the z-plane.
+
+    Raises
+    ------
+    InputError, DesignError
+        As `kalman`, and for a continuous system.
 
     Examples
     --------

@@ -72,6 +72,16 @@ def lqg(
         For an option that is out of range, or an integral without the sensor ``theta``.
     AccuracyError
         If a Riccati equation has no stabilising solution, as where the samples miss a mode.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> K = sc.lqg(plant)
+    >>> K.certificate.verified, K.sensors
+    (True, ('theta',))
     """
     check_plant(plant, "design", sampled=True)
     if plant.sample_time:

@@ -19,6 +19,7 @@ from slewctl.numerics.matrix_equations import (
     full_column_rank,
     solve_discrete_riccati,
 )
+from slewctl.numerics.modes import at_origin
 from slewctl.numerics.observability import unobservable_modes
 from slewctl.plant import GeneralisedPlant, check_plant, continuous_equivalent
 
@@ -293,7 +294,8 @@ def _refuse(plant: AnyPlant, modes: ComplexArray, what: str, where: str, remedy:
 
 def _named(plant: AnyPlant, pole: complex) -> str:
     """Return a pole in rad/s in the words of the plant at hand."""
-    if abs(pole) <= 1e-9 * np.abs(np.linalg.eigvals(plant.A)).max() and plant.model is not None:
+    own = np.array([pole])
+    if plant.model is not None and at_origin(own, float(np.linalg.norm(plant.A, 2))).all():
         return "the rigid-body rotation"
     if pole.imag:
         return f"the mode at {abs(pole) / (2 * np.pi):.4g} Hz"

@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from scipy.linalg import eig, schur, solve_sylvester
-from scipy.sparse.csgraph import connected_components
+from scipy.linalg import schur, solve_sylvester
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError
-from slewctl.numerics.balance import balance
+from slewctl.numerics.modes import Eigensystem, linked, near
 from slewctl.numerics.ordered_schur import nearest_of, ordered_complex_schur
 
 # Largest condition numbers of an eigenvalue that stands alone: if too much is lost with one
@@ -94,19 +93,18 @@ def decoupled(A: Array, lasting: Lasting | None = None) -> Decoupled:
     AccuracyError
         If rounding hides more than 1e-6 of the motion of the parts.
     """
-    scale = balance(A)
-    balanced = A / scale[:, None] * scale
-    values, left, right = eig(balanced, left=True)  # type: ignore[misc]
-    meeting = np.abs((left.conj() * right).sum(axis=0))
+    found = Eigensystem.of(A)
+    balanced, values, right = found.balanced, found.poles, found.right
+    meeting = np.abs(found.meeting)
     for limit in _ALONE:
         # Larger blocks only when no more can be taken out of those that stand alone.
         tried = None if limit == _ALONE[-1] else 1
         for free, blocks in islice(_parted(balanced, values, meeting > 1 / limit), tried):
             parts = [(np.diag(values[free]), right[:, free]), *blocks]
             back = np.hstack([columns for _, columns in parts])
-            there = np.linalg.inv(back)
+            there = np.asarray(np.linalg.inv(back), dtype=complex)
             if _lost(balanced, parts, there, lasting or _damped) < _LOST:
-                return _scaled(parts, there, scale)
+                return _scaled(parts, there, found.scale)
     raise AccuracyError(
         "the modes of the loop cannot be told apart to working precision",
         where="slew",
@@ -166,7 +164,8 @@ def _parted(
     _, known = linear_sum_assignment(np.abs(values[able][:, None] - again))
     others = np.setdiff1d(np.arange(len(again)), known)
     for nearness in _NEARNESS:
-        groups = [group for group in _linked(again, nearness) if np.isin(others, group).any()]
+        joined = near(again, nearness, floor=nearness**2 * float(np.abs(again).max()))
+        groups = [group for group in linked(joined) if np.isin(others, group).any()]
         if min(map(len, groups)) == 1:
             continue  # one of the others would be alone
         blocks = [block for group in groups if (block := _block(A, again, group))]
@@ -176,14 +175,6 @@ def _parted(
         free[able[np.isin(known, np.concatenate(groups))]] = False
         if np.isin(values[free].conj(), values[free]).all():  # both of a pair, or none
             yield free, blocks
-
-
-def _linked(values: ComplexArray, nearness: float) -> list[IntArray]:
-    """Return groups of eigenvalues that are linked by a chain of near ones."""
-    sizes = np.abs(values)
-    room = nearness * np.maximum(sizes[:, None], sizes) + nearness**2 * sizes.max()
-    count, label = connected_components(np.abs(values[:, None] - values) <= room)
-    return [np.flatnonzero(label == k) for k in range(count)]
 
 
 def _block(A: Array, values: ComplexArray, group: IntArray) -> Part | None:

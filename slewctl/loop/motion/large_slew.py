@@ -110,6 +110,10 @@ def simulate_swing(
     rtol : float
         Error allowed in a step relative to the largest rate so far, 1e-13 at least.
 
+    Returns
+    -------
+    Swing
+
     Warns
     -----
     SpinSofteningWarning
@@ -124,6 +128,16 @@ def simulate_swing(
         If the arm bends further than the equations can describe.
     AccuracyError
         If the tolerance cannot be met.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> model = sc.assemble(arm, "clamped-free", n=2)
+    >>> import numpy as np
+    >>> swing = sc.simulate_swing(sc.large_slew(model), np.linspace(0, 1, 5), torque=0.1)
+    >>> swing.theta.shape
+    (5,)
     """
     if not isinstance(equations, NonlinearModel):
         raise InputError(

@@ -155,6 +155,10 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
         Of a sampled loop they are about so many of the samples and times between them.
         The summary is of all times, however few are drawn.
 
+    Returns
+    -------
+    SlewResponse
+
     Raises
     ------
     UnstableLoopError
@@ -164,6 +168,17 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     AccuracyError
         If the extremes are not found with a reasonable amount of work, or the numbers leave
         the range, or the digits, of floating point.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> loop = problem.judge(sc.lqg(plant)).loop
+    >>> response = sc.simulate_slew(loop, sc.Slew(angle_deg=30.0, duration_s=4.0), points=5)
+    >>> response.t.tolist()
+    [0.0, 4.0, 6.666666666666666, 9.333333333333332, 12.0]
     """
     loop.require_stable("a slew response")
     check_count(points, "points", 3)

@@ -14,12 +14,12 @@ from typing import Literal
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array
 from slewctl.errors import InputError, check_count
 from slewctl.loop import Loop
-from slewctl.numerics.balance import balance
 from slewctl.numerics.interconnect import closed_matrix
 from slewctl.numerics.matrix_equations import stability_threshold
+from slewctl.numerics.modes import Eigensystem
 
 # A pole has been followed when it is this many times nearer to where it was expected than
 # any other pole; else the step is halved.
@@ -92,6 +92,17 @@ def destabilised_mode(loop: Loop, kept: int | None = None) -> DestabilisedMode |
     ------
     InputError
         If `kept` is not a whole number, or the controller is sampled.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> loop = problem.judge(sc.lqg(plant)).loop
+    >>> from slewctl.compare import destabilised_mode
+    >>> destabilised_mode(loop) is None  # of a stable loop
+    True
     """
     system = loop.controller.linear
     if system.sample_time:
@@ -174,20 +185,10 @@ class _Parts:
         The participation factor of state i is |w_i v_i| with the left and right eigenvector
         (Pérez-Arriaga, Verghese and Schweppe, IEEE Trans. Power App. Syst. 101, 1982).
         """
-        poles, right, left = _eigen(matrix)
-        k = int(np.argmin(np.abs(poles - pole)))
-        each = np.abs(left[k] * right[:, k])
+        found = Eigensystem.of(matrix)
+        k = int(np.argmin(np.abs(found.poles - pole)))
+        each = np.abs(found.left[k] * found.right[:, k])
         return np.bincount(self.modes + 1, each)[1:] / each.sum()
-
-
-def _eigen(matrix: Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Return the poles, right eigenvectors as columns and left ones as rows with WV = I."""
-    scale = balance(matrix)
-    poles, found = np.linalg.eig(matrix / scale[:, None] * scale)
-    right: ComplexArray = found.astype(complex)
-    # The pseudoinverse exists even where two poles meet with one eigenvector.
-    left: ComplexArray = np.linalg.pinv(right).astype(complex)
-    return poles.astype(complex), scale[:, None] * right, left / scale
 
 
 def _stable(matrix: Array) -> bool:
@@ -211,23 +212,24 @@ def _followed_back(matrix: Callable[[float], Array], start: complex) -> _Origin 
     constant, plus, minus = matrix(0.0), matrix(1.0), matrix(-1.0)
     linear, quadratic = (plus - minus) / 2, (plus + minus) / 2 - constant
     t, step, closest = 1.0, _STEP, np.inf
-    poles, right, left = _eigen(plus)
-    k = int(np.argmin(np.abs(poles - start)))
+    here = Eigensystem.of(plus)
+    k = int(np.argmin(np.abs(here.poles - start)))
     while t > 0:
         reach = min(step, t)
-        slope = left[k] @ (linear + 2 * t * quadratic) @ right[:, k]
-        expected = poles[k] - reach * slope
-        found = _eigen(matrix(t - reach))
-        distances = np.abs(found[0] - expected)
+        slope = here.rows[k] @ (linear + 2 * t * quadratic) @ here.columns[:, k]
+        expected = here.poles[k] - reach * slope
+        found = Eigensystem.of(matrix(t - reach))
+        distances = np.abs(found.poles - expected)
         nearest, second = np.argsort(distances)[:2]
         if distances[nearest] * _CLEARLY <= distances[second]:
             t -= reach
-            (poles, right, left), k = found, int(nearest)
-            apart = np.partition(np.abs(poles - poles[k]), 1)[1] / abs(poles[k])
+            here, k = found, int(nearest)
+            pole = here.poles[k]
+            apart = np.partition(np.abs(here.poles - pole), 1)[1] / abs(pole)
             closest = min(closest, float(apart))
             step = min(2 * step, _STEP)
         elif reach <= _SMALLEST_STEP:
             return None
         else:
             step = reach / 2
-    return _Origin(complex(poles[k]), closest)
+    return _Origin(complex(here.poles[k]), closest)

@@ -135,6 +135,10 @@ def multiloop_margins(
     sign : {-1, 1}, optional
         Of the feedback, −1 unless told otherwise: the loop is closed as I + L.
 
+    Returns
+    -------
+    MultiloopMargins
+
     Raises
     ------
     InputError
@@ -144,6 +148,14 @@ def multiloop_margins(
         says so.
     AccuracyError
         If the disk margin cannot be enclosed.
+
+    Examples
+    --------
+    >>> import control
+    >>> import slewctl as sc
+    >>> G = control.ss([[-1.0, 0], [0, -2.0]], [[1.0, 0], [0, 1.0]], [[1.0, 1.0], [0, 1.0]], 0)
+    >>> round(sc.multiloop_margins(G).disk.guaranteed, 3)
+    2.0
     """
     loop = _checked(loop, sign)
     disk = multiloop_disk_margin(loop, skew)
@@ -158,7 +170,26 @@ def multiloop_margins(
 def multiloop_disk_margin(
     loop: System, skew: float = 0.0, *, sign: int | None = None
 ) -> MultiloopDisk:
-    """Return the multiloop disk margin alone (see `multiloop_margins`)."""
+    """Return the multiloop disk margin alone (see `multiloop_margins`).
+
+    Parameters
+    ----------
+    loop, skew, sign
+        As for `multiloop_margins`.
+
+    Returns
+    -------
+    MultiloopDisk
+
+    Examples
+    --------
+    >>> import control
+    >>> import slewctl as sc
+    >>> G = control.ss([[-1.0, 0], [0, -2.0]], [[1.0, 0], [0, 1.0]], [[1.0, 1.0], [0, 1.0]], 0)
+    >>> from slewctl.loop import multiloop_disk_margin
+    >>> round(multiloop_disk_margin(G).guaranteed, 3)
+    2.0
+    """
     loop = _checked(loop, sign)
     sigma = check_number(skew, "skew")
     S = sensitivity(loop)
@@ -195,10 +226,23 @@ def perturbation_system(disk: MultiloopDisk) -> control.StateSpace:
     disk : MultiloopDisk
         Of a continuous loop, with a finite critical frequency greater than zero.
 
+    Returns
+    -------
+    control.StateSpace
+
     Raises
     ------
     InputError
         Where there is no such frequency.
+
+    Examples
+    --------
+    >>> import control
+    >>> from slewctl.loop import multiloop_disk_margin, perturbation_system
+    >>> A, C = [[-1.0, 4.0], [-4.0, -1.0]], [[0.0, 2.0], [-2.0, 0.0]]
+    >>> L = control.ss(A, [[1.0, 0.0], [0.0, 1.0]], C, 0)
+    >>> perturbation_system(multiloop_disk_margin(L)).ninputs
+    2
     """
     if not disk.frequency_hz or not np.isfinite(disk.reached):
         raise InputError(

@@ -1,13 +1,8 @@
-"""How far apart two plants are for feedback, and how much of that a controller bears.
+"""How far apart two plants are for feedback: Vinnicombe's ν-gap δ(P₁, P₂), from 0 to 1.
 
-Vinnicombe's ν-gap δ(P₁, P₂) lies between 0 and 1, and the generalised stability margin
-b(P, C) = 1/‖[I; C](I − PC)⁻¹[I P]‖∞ between 0 and 1 as well: if b(P₁, C) > δ(P₁, P₂), then C
-stabilises P₂ too, with b(P₂, C) >= sin(arcsin b(P₁, C) − arcsin δ) (G. Vinnicombe, Frequency
-domain uncertainty and the graph topology, IEEE Trans. Automatic Control 38, 1993).
-
-Both compare a unit of input with a unit of output: they depend on the units of the signals,
-and a test in rad and N·m may fail where one in other units succeeds.  `best_output_scale`
-finds the units in which the margin is largest.
+G. Vinnicombe, Frequency domain uncertainty and the graph topology, IEEE Trans. Automatic
+Control 38, 1993.  A controller bears what its margin b(P, C) says (`ncf_margin`).  Both
+compare a unit of input with a unit of output: they depend on the units of the signals.
 """
 
 from __future__ import annotations
@@ -21,22 +16,16 @@ import numpy as np
 
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.design import Controller
 from slewctl.errors import AccuracyError, InputError, check_positive
-from slewctl.loop.parts import Pair, Plant, System, arranged, order, paired, state_space
+from slewctl.loop.parts import Plant, arranged, order, state_space
 from slewctl.loop.realisation import Realisation, hertz, realisation
-from slewctl.loop.robust.mu import balanced_scales, minimised
-from slewctl.numerics.frequency_response import FrequencyResponse, sample_time
+from slewctl.numerics.frequency_response import sample_time
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import solve_riccati
 
 # Above this the gap is one: the graphs touch to working precision.
 _TOUCHING = 1 - 1e-9
 _RESIDUAL = 1e-8
-# The best units are sought within this factor, in nepers, and to this accuracy of b.
-_SEARCHED, _ENOUGH = 7.0, 1e-2
-# A frequency in rad/s that stands for infinity.
-_VERY_FAST = 1e12
 
 
 @dataclass(frozen=True)
@@ -62,24 +51,6 @@ class NuGap:
     winding: bool
 
 
-@dataclass(frozen=True)
-class GeneralisedMargin:
-    """The generalised stability margin b(P, C).
-
-    Attributes
-    ----------
-    value : float
-        Zero for an unstable loop.
-    frequency_hz : float or None
-        Where the loop is most sensitive; None for infinite frequency or an unstable loop.
-    stable : bool
-    """
-
-    value: float
-    frequency_hz: float | None
-    stable: bool
-
-
 @single_threaded
 def nu_gap(
     first: Plant,
@@ -100,6 +71,10 @@ def nu_gap(
         A unit of each output, and of each input, in the first plant's order: the plants are
         compared as y/output_scale against u/input_scale.
 
+    Returns
+    -------
+    NuGap
+
     Raises
     ------
     InputError
@@ -112,6 +87,13 @@ def nu_gap(
     From the normalised right factor of the first and left factor of the second plant, two
     Riccati equations; ‖·‖∞ by level sets; the winding condition from the zeros of
     G₂~G₁, of which as many as the second plant has states must lie in the right half plane.
+
+    Examples
+    --------
+    >>> import control
+    >>> import slewctl as sc
+    >>> round(sc.nu_gap(control.tf([1], [1, 1]), control.tf([2], [1, 1])).value, 4)
+    0.3333
     """
     one, two = state_space(first, "first"), state_space(second, "second")
     _check_alike(one, two)
@@ -163,19 +145,50 @@ def plant_graph(
     where : str
         What the plant is called in messages.
 
+    Returns
+    -------
+    PlantGraph
+
     Raises
     ------
     InputError
         As `nu_gap`.
+
+    Examples
+    --------
+    >>> from slewctl.loop import plant_graph
+    >>> from slewctl.numerics.linear_system import LinearSystem
+    >>> first = LinearSystem([[-1.0]], [[1.0]], [[1.0]], [[0.0]])
+    >>> type(plant_graph(first)).__name__
+    'PlantGraph'
     """
     found = realisation(system, where)
-    units = _units(system, output_scale, input_scale)
+    units = signal_units(system, output_scale, input_scale)
     p = found.D.shape[0]
     return PlantGraph(system, found.scaled(1 / units[:p], units[p:]).balanced)
 
 
 def gap_between(first: PlantGraph, second: PlantGraph) -> NuGap:
-    """Return the ν-gap between two graphs, their signals in the same order; see `nu_gap`."""
+    """Return the ν-gap between two graphs, their signals in the same order; see `nu_gap`.
+
+    Parameters
+    ----------
+    first, second : PlantGraph
+        From `plant_graph`, in the same units.
+
+    Returns
+    -------
+    NuGap
+
+    Examples
+    --------
+    >>> from slewctl.loop import gap_between, plant_graph
+    >>> from slewctl.numerics.linear_system import LinearSystem
+    >>> first = LinearSystem([[-1.0]], [[1.0]], [[1.0]], [[0.0]])
+    >>> second = LinearSystem([[-1.0]], [[1.0]], [[2.0]], [[0.0]])
+    >>> round(gap_between(plant_graph(first), plant_graph(second)).value, 4)
+    0.3333
+    """
     one, two = first.system, second.system
     _check_alike(one, two)
     for own, other, kind in (
@@ -209,91 +222,7 @@ def _check_alike(first: LinearSystem, second: LinearSystem) -> None:
         )
 
 
-def ncf_margin(
-    plant: Plant,
-    controller: Controller | System,
-    *,
-    sign: int | None = None,
-    output_scale: Sequence[float] | float = 1.0,
-    input_scale: Sequence[float] | float = 1.0,
-) -> GeneralisedMargin:
-    """Return the generalised stability margin b(P, C).
-
-    Parameters
-    ----------
-    plant : GeneralisedPlant, LinearSystem or control.TransferFunction
-    controller : Controller, LinearSystem or control.TransferFunction
-        Its signals are matched with the plant's by name where both have names of their own,
-        else by position.
-    sign : {-1, 1}, optional
-        Of the feedback, u = sign·C y, as in `control.feedback`: −1 unless told otherwise.  A
-        slewctl `Controller` knows its own, +1.
-    output_scale, input_scale : float or sequence of float
-        A unit of each signal of the plant (see `nu_gap`); the same as there to compare the two.
-
-    Raises
-    ------
-    InputError
-        If they do not fit together, or the loop is not well posed.
-    """
-    pair = paired(plant, controller, sign).on_one_clock()
-    units = _units(pair.plant, output_scale, input_scale)
-    closed = _closed(pair)
-    if not closed.stable:
-        return GeneralisedMargin(0.0, None, False)
-    peak = closed.scaled(1 / units, units).peak()
-    return GeneralisedMargin(1 / peak.value, hertz(peak.omega, pair.plant), True)
-
-
-def _closed(pair: Pair) -> Realisation:
-    return realisation(pair.plant, "plant").closed(realisation(pair.positive, "controller"))
-
-
-def best_output_scale(
-    plant: Plant, controller: Controller | System, *, sign: int | None = None
-) -> Array:
-    """Return units of the outputs, the inputs' being one, in which b(P, C) is largest.
-
-    Parameters
-    ----------
-    plant, controller, sign
-        As for `ncf_margin`, with one input, stable when closed.
-
-    Returns
-    -------
-    ndarray, shape (outputs,)
-        The search is over a convex function of their logarithms.
-
-    Raises
-    ------
-    InputError
-        If the loop is unstable, or the plant has several inputs.
-    """
-    pair = paired(plant, controller, sign).on_one_clock()
-    closed = _closed(pair)
-    if pair.plant.ninputs != 1 or not closed.stable:
-        raise InputError(
-            "scales are found for a stable loop with one input",
-            where="best_output_scale",
-            remedy="give units of your own",
-        )
-    response = FrequencyResponse(closed.system)
-
-    def size(log: Array) -> tuple[float, Array]:
-        scale = np.exp(-np.append(log, 0.0))
-        peak = closed.scaled(scale, 1 / scale).peak()
-        at = response(np.array([min(peak.omega, _VERY_FAST)]))[0]
-        U, _, Vh = np.linalg.svd(scale[:, None] * at / scale)
-        return peak.value, (np.abs(Vh[0]) ** 2 - np.abs(U[:, 0]) ** 2)[:-1]
-
-    # Units that balance the largest entries over the poles' frequencies, to begin with.
-    known = response.landmarks
-    entries = np.abs(response(known[known > 0])).max(axis=0)
-    start = -np.log(balanced_scales(entries[None])[0][:-1])
-    return np.asarray(np.exp(minimised(size, start, _SEARCHED, _ENOUGH)[0]))
-
-
-def _units(
+def signal_units(
     system: LinearSystem,
     output_scale: Sequence[float] | float,
     input_scale: Sequence[float] | float,

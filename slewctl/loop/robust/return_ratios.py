@@ -62,10 +62,23 @@ def input_loop(
         Of the feedback, u = sign·K y, as in `control.feedback`: −1 unless told otherwise.  A
         slewctl `Controller` knows its own, +1: L is then −K G.
 
+    Returns
+    -------
+    control.StateSpace
+
     Raises
     ------
     InputError
         If plant and controller do not fit together.
+
+    Examples
+    --------
+    >>> import control
+    >>> from slewctl.loop import input_loop
+    >>> G = control.ss([[-1.0]], [[1.0]], [[1.0], [2.0]], 0)
+    >>> K = control.ss([], [], [], [[3.0, 4.0]])
+    >>> input_loop(G, K).ninputs
+    1
     """
     pair = paired(plant, controller, sign).on_one_clock()
     return _labelled(series(pair.plant, pair.negative), pair.plant.input_labels)
@@ -74,7 +87,26 @@ def input_loop(
 def output_loop(
     plant: Plant, controller: Controller | System, *, sign: int | None = None
 ) -> control.StateSpace:
-    """Return L = G K, the loop broken at the plant's outputs, its sensors (see `input_loop`)."""
+    """Return L = G K, the loop broken at the plant's outputs, its sensors (see `input_loop`).
+
+    Parameters
+    ----------
+    plant, controller, sign
+        As for `input_loop`.
+
+    Returns
+    -------
+    control.StateSpace
+
+    Examples
+    --------
+    >>> import control
+    >>> from slewctl.loop import output_loop
+    >>> G = control.ss([[-1.0]], [[1.0]], [[1.0], [2.0]], 0)
+    >>> K = control.ss([], [], [], [[3.0, 4.0]])
+    >>> output_loop(G, K).ninputs
+    2
+    """
     pair = paired(plant, controller, sign).on_one_clock()
     return _labelled(series(pair.negative, pair.plant), pair.plant.output_labels)
 
@@ -85,6 +117,24 @@ def input_output_loop(
     """Return the loop broken at the plant's inputs and outputs at once (see `input_loop`).
 
     With u = −K y and y = −(−G)u its return ratio is [[0, K], [−G, 0]] on [u; y].
+
+    Parameters
+    ----------
+    plant, controller, sign
+        As for `input_loop`.
+
+    Returns
+    -------
+    control.StateSpace
+
+    Examples
+    --------
+    >>> import control
+    >>> from slewctl.loop import input_output_loop
+    >>> G = control.ss([[-1.0]], [[1.0]], [[1.0], [2.0]], 0)
+    >>> K = control.ss([], [], [], [[3.0, 4.0]])
+    >>> input_output_loop(G, K).ninputs
+    3
     """
     pair = paired(plant, controller, sign).on_one_clock()
     m, p = pair.plant.ninputs, pair.plant.noutputs

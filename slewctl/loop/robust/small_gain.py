@@ -20,28 +20,23 @@ from scipy.linalg import solve_sylvester
 
 from slewctl._threads import single_threaded
 from slewctl._types import ComplexArray
-from slewctl.errors import AccuracyError, InputError, shown
+from slewctl.errors import InputError, shown
 from slewctl.loop.closed import Loop
 from slewctl.loop.parts import arranged
 from slewctl.loop.realisation import Realisation, realisation
-from slewctl.loop.single.classical_margins import classical_margins
-from slewctl.loop.single.margin_results import Crossing
+from slewctl.loop.robust.critical_scale import closed_stable, critical_scale
 from slewctl.loop.single.mode_names import mode_name
 from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
 from slewctl.numerics.frequency_response import FrequencyResponse
 from slewctl.numerics.interconnect import diagonal
-from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.modes import Eigensystem, at_origin
 from slewctl.numerics.ordered_schur import ordered_schur
 from slewctl.plant import generalised_plant
 
-# Poles this much slower than the first flexible mode are at the origin.
-_ORIGIN = 1e-7
 # A pole this close to the axis, relative, is on it to working precision.
 _UNDAMPED = 1e-9
-# A share is confirmed this far inside and outside; one above a thousand counts as infinite.
-_STEP, _LARGE = 1e-6, 1e3
 # How well both models must agree on the rigid body, relative.
 _SAME_BODY = 1e-6
 
@@ -137,12 +132,26 @@ def small_gain(loop: Loop, design: Model) -> SmallGain:
     design : Model
         The model that the controller was designed on, of the same arm.
 
+    Returns
+    -------
+    SmallGain
+
     Raises
     ------
     InputError
         If the two models do not turn as the same rigid body.
     UnstableLoopError
         If the design loop itself is unstable.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> loop = problem.judge(sc.lqg(plant)).loop
+    >>> sc.small_gain(loop, plant.model).certified
+    True
     """
     parts = LeftOut.of(loop, design)
     peak = parts.seen(parts.difference).peak()
@@ -158,17 +167,31 @@ def spillover(loop: Loop, design: Model) -> Spillover:
     loop, design
         As for `small_gain`.
 
+    Returns
+    -------
+    Spillover
+
     Raises
     ------
     InputError, UnstableLoopError
         As `small_gain`.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> plant = problem.plant("clamped-free", n=1)
+    >>> loop = problem.judge(sc.lqg(plant)).loop
+    >>> sc.spillover(loop, plant.model).worst.number
+    2
     """
     parts = LeftOut.of(loop, design)
-    whole, hertz = _critical_scale(parts.seen(parts.difference))
+    whole, hertz = critical_scale(parts.seen(parts.difference))
     found = []
     for k in range(loop.model.n):
         seen = parts.seen(parts.of_mode(k))
-        share = _critical_scale(seen)[0]
+        share = critical_scale(seen)[0]
         found.append(
             ResidualMode(
                 k + 1,
@@ -176,7 +199,7 @@ def spillover(loop: Loop, design: Model) -> Spillover:
                 k < design.n,
                 seen.peak().value,
                 share,
-                not _closed_stable(seen, 1.0),
+                not closed_stable(seen, 1.0),
             )
         )
     at = np.inf if hertz is None else 2 * np.pi * hertz
@@ -278,15 +301,14 @@ def _modes(P: Realisation, model: Model) -> tuple[Realisation, tuple[Realisation
     P : Realisation
         In modal coordinates [η, η̇] of `model`, scaled at most.
     """
-    origin = _ORIGIN * float(model.omega[0])
-    size = int(np.sum(np.abs(P.poles) <= origin))
-    T, Z, _ = ordered_schur(P.A, lambda poles: np.abs(poles) <= origin)
+    # In modal coordinates the zeros of the rigid body are exact, and a slow pole none of them.
+    T, Z, size = ordered_schur(P.A, lambda poles: at_origin(poles, float(model.omega[0])))
     B, C = Z.T @ P.B, P.C @ Z
     # T = [[T₁, T₁₂], [0, T₂]]: with Y from a Sylvester equation the two parts separate.
     Y = solve_sylvester(T[:size, :size], -T[size:, size:], -T[:size, size:])
     rigid = Realisation(T[:size, :size], B[:size] - Y @ B[size:], C[:, :size], P.D * 0)
-    values, right = np.linalg.eig(T[size:, size:])
-    left = np.linalg.inv(right)
+    flexible = Eigensystem.of(T[size:, size:])
+    values, right, left = flexible.poles, flexible.columns, flexible.rows
     if np.any(values.real >= -_UNDAMPED * np.abs(values)):
         raise InputError(
             "a flexible mode is undamped, and what it adds to the loop unbounded",
@@ -345,38 +367,3 @@ def _require_same_body(truth: Realisation, design: Realisation, omega: float) ->
             where="small_gain",
             remedy="give a model of the same arm",
         )
-
-
-def _critical_scale(seen: Realisation) -> tuple[float, float | None]:
-    """Return the smallest t > 0 for which 1 − t·seen has a zero on the axis, and where.
-
-    A stable loop of gain below one has a gain margin, and that is t.
-    """
-    size = seen.peak().value
-    if size * _LARGE < 1:
-        return np.inf, None
-    tame = 0.5 / size
-    up = classical_margins(LinearSystem(seen.A, -tame * seen.B, seen.C, -tame * seen.D)).gain_db
-    share = float(tame * 10 ** (up.value / 20))
-    if share > _LARGE:
-        share, up = np.inf, Crossing(np.inf, None)
-    _confirm(seen, share)
-    return share, up.frequency_hz
-
-
-def _confirm(seen: Realisation, share: float) -> None:
-    """Check by closed-loop poles that a share is the first at which stability is lost."""
-    last = share if np.isfinite(share) else _LARGE
-    inside = [_closed_stable(seen, t) for t in last * (1 - _STEP) * np.linspace(1 / 8, 1, 8)]
-    outside = np.isfinite(share) and _closed_stable(seen, share * (1 + _STEP))
-    if outside or not all(inside):
-        raise AccuracyError(
-            "the critical share of the left-out modes is not confirmed by closed-loop poles",
-            where="spillover",
-            remedy="use `small_gain` and the poles of the loop",
-        )
-
-
-def _closed_stable(seen: Realisation, share: float) -> bool:
-    """Whether 1 − share·seen has all its zeros left of the axis."""
-    return bool(np.linalg.eigvals(seen.A + share * seen.B @ seen.C).real.max() < 0)

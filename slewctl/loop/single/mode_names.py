@@ -12,13 +12,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eig
 
 from slewctl._types import Array, ComplexArray
 from slewctl.loop.parts import Pair
-from slewctl.numerics.balance import balance
 from slewctl.numerics.frequency_response import FrequencyResponse, sample_time
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.modes import Eigensystem, at_origin
 
 # A pole that is damped less than this rings, and is called a mode.
 _RINGS = 0.3
@@ -155,24 +154,15 @@ class _Ringing:
 
 def _ringing(system: LinearSystem) -> _Ringing:
     step = sample_time(system)
-    scale = balance(np.asarray(system.A)) if system.nstates else np.ones(0)
-    A = np.asarray(system.A, dtype=float) / scale[:, None] * scale
-    values: ComplexArray = np.zeros(0, dtype=complex)
-    left = right = np.zeros((0, 0), dtype=complex)
-    if len(A):
-        values, left, right = eig(A, left=True)  # type: ignore[misc]
-    s: ComplexArray = values
+    found = Eigensystem.of(np.asarray(system.A, dtype=float))
+    s = found.poles
     if step:
-        delays = np.abs(values) < 1e-12  # z = 0
-        s = np.asarray(np.log(np.where(delays, 1e-12, values)) / step, dtype=complex)
+        delays = np.abs(s) < 1e-12  # z = 0
+        s = np.asarray(np.log(np.where(delays, 1e-12, s)) / step, dtype=complex)
+    origin = at_origin(s, found.size / (step or 1.0))
     size = np.abs(s)
-    # A double pole at the origin is computed to the square root of rounding.
-    origin = size <= 1e-6 * size.max(initial=0.0)
     rings = np.flatnonzero(~origin & (s.imag > 0) & (np.abs(s.real) < _RINGS * size))
     rings = rings[np.argsort(size[rings])]
-    # Left vectors, and no inverse: a double pole at the origin has but one eigenvector.
-    v, w = right[:, rings], left[:, rings].conj()
-    entry = w.T @ (system.B / scale[:, None]) / np.sum(w * v, axis=0)[:, None]
-    residues = ((system.C * scale) @ v).T[:, :, None] * entry[:, None, :]
     hertz = tuple(float(f) for f in size[rings] / (2 * np.pi))
-    return _Ringing(values[rings], residues, hertz, bool(origin.any()))
+    residues = found.residues(system.B, system.C, rings)
+    return _Ringing(found.poles[rings], residues, hertz, bool(origin.any()))

@@ -1,0 +1,81 @@
+"""Every key of a design or study file says its unit, its meaning and an example that holds."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, get_args
+
+import pytest
+from pydantic import BaseModel, TypeAdapter
+from pydantic.fields import FieldInfo
+
+from slewctl.basis import NAMES
+from slewctl.files.schema import (
+    DesignTable,
+    KelvinVoigtTable,
+    ModelTable,
+    RayleighTable,
+    StudyTable,
+)
+
+
+def tables(table: type[BaseModel]) -> set[type[BaseModel]]:
+    """Return a table and all within it."""
+    found = {table}
+    waiting: list[Any] = [field.annotation for field in table.model_fields.values()]
+    while waiting:
+        kind = waiting.pop()
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            found |= tables(kind)
+        waiting += get_args(kind)
+    return found
+
+
+ALL = tables(DesignTable) | tables(StudyTable) | {KelvinVoigtTable, RayleighTable}
+FIELDS = {
+    f"{table.__name__}.{name}": field
+    for table in sorted(ALL, key=lambda t: t.__name__)
+    for name, field in table.model_fields.items()
+}
+
+
+def test_all_tables_are_seen() -> None:
+    assert {"MotorTable.resistance", "GridTable.orders", "SlewTable.angle_deg"} < set(FIELDS)
+
+
+@pytest.mark.parametrize("key", FIELDS)
+def test_a_key_has_unit_meaning_and_an_example_that_the_schema_takes(key: str) -> None:
+    field: FieldInfo = FIELDS[key]
+    extra = field.json_schema_extra
+    assert isinstance(extra, dict)
+    assert extra["unit"]
+    assert field.description
+    assert field.examples
+    kind: Any = (
+        Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+    )
+    TypeAdapter(kind).validate_python(field.examples[0])
+
+
+def test_the_bases_named_are_those_there_are() -> None:
+    meaning = ModelTable.model_fields["basis"].description
+    assert meaning is not None
+    assert all(name in meaning for name in NAMES)
+
+
+def test_pages_made_of_the_schema_leave_nothing_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("sphinx", "numpydoc"):
+        pytest.importorskip(name, reason="the extra docs is not installed")
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "docs" / "_ext"))
+    import registries
+
+    pages = registries.design_file() + registries.study_file()
+    for key, field in FIELDS.items():
+        assert f"| `{field.alias or key.split('.')[1]}` | " in pages
+    rows = [line for line in pages.splitlines() if line.startswith("| `")]
+    assert rows
+    for row in rows:
+        assert all(cell.strip() for cell in row.strip("|").split(" | ")), row
+    for cell in (row.split(" | ")[3] for row in rows if row.count(" | ") == 4):
+        tomllib.loads(f"key = {cell.strip('`')}")
