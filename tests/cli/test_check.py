@@ -250,6 +250,16 @@ REFUSED = [
     (["--json", "designs"], "is a directory"),
     (["--changed-only"], "--changed-only needs --baseline FILE"),
     (["--update-baseline"], "--update-baseline needs --baseline FILE"),
+    (["--tolerance", "0.01"], "--tolerance needs --baseline FILE"),
+    (
+        ["--baseline", "b.json", "--update-baseline", "--tolerance", "0.1"],
+        "--tolerance means nothing with --update-baseline",
+    ),
+    (
+        ["--baseline", "b.json", "--update-baseline", "--changed-only"],
+        "--changed-only means nothing with --update-baseline",
+    ),
+    (["--all", "--quiet"], "--all means nothing with --quiet"),
     (["--baseline", "none.json", "--tolerance", "nan"], "--tolerance: nan is not a finite number"),
     (["--baseline", "none.json", "--tolerance", "-1"], "--tolerance: -1 is negative"),
     (["nothing.toml"], "nothing.toml: no such file or folder"),

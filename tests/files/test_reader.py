@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,25 @@ def test_catalogue_arm_is_changed_where_given(tmp_path: Path) -> None:
     assert (design.case.basis, design.case.n, design.case.name) == ("slewing", 2, "design")
     assert design.case.objective.sensors == ("theta",)
     assert design.requirements == {"stable": True, "gain_margin_db": 6.0}
+
+
+def test_keys_of_a_part_that_are_not_given_stay(tmp_path: Path) -> None:
+    """One value of a hub or payload is changed; the others are those of the catalogue's arm."""
+    spacecraft = arms.flexible_spacecraft()
+    text = GOOD.replace("paper-beam", "flexible-spacecraft")
+    text = text.replace("hub = { inertia = 0.5 }", "hub = { friction = 0.5 }\npayload.mass = 3.0")
+    arm = read_design(written(tmp_path, text)).case.arm
+    assert arm.hub == replace(spacecraft.hub, friction=0.5)
+    assert arm.payload == replace(spacecraft.payload, mass=3.0)
+
+
+@pytest.mark.parametrize("keys", ["", ", alpha = 0.0", ", alpha = 0.0, beta = 0.0"])
+def test_a_damping_law_damps(tmp_path: Path, keys: str) -> None:
+    law = f'damping = {{ kind = "rayleigh"{keys} }}'
+    with pytest.raises(
+        InputError, match=r"design.toml:\d+: arm.damping: damps nothing; give alpha"
+    ):
+        read_design(written(tmp_path, GOOD.replace("damping_ratio = 0.01", law)))
 
 
 def test_full_description_with_stations_and_coefficients(tmp_path: Path) -> None:

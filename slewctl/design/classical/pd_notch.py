@@ -106,12 +106,11 @@ def pd_notch(
     def notches(modes: Sequence[int]) -> list[Section]:
         return [notch(model.omega[mode - 1], depth, width) for mode in modes]
 
+    automatic = chosen is None
     if chosen is None:
         chosen = _robbed_modes(plant, model, wish, notches)
     law = pd_law(rigid, wish, notches(chosen))
     system = summed(plant, [law.branch(plant)], "pd_notch")
-    placed = [f"mode {m} ({model.frequencies_hz[m - 1]:.4g} Hz)" for m in chosen]
-    shape = f", each leaving {depth:.3g} over a width of {width:.3g} of its frequency"
     return finished(
         plant,
         system,
@@ -120,11 +119,22 @@ def pd_notch(
         checks=(law.check(rigid),),
         assumptions=(
             *law.described(plant, rigid),
-            f"notches: {', '.join(placed) + shape if placed else 'none'}",
+            _said(model, chosen, automatic, f"{depth:.3g} over a width of {width:.3g}"),
             *not_used(plant, ("theta", "theta_dot")),
         ),
         seconds={"solve": perf_counter() - start},
     )
+
+
+def _said(model: Model, modes: Sequence[int], automatic: bool, shape: str) -> str:
+    """Return which modes are notched and how, in words."""
+    which = "notches"
+    if automatic:
+        which += " where the filters' lag takes more than half of a mode's own damping"
+    placed = ", ".join(f"mode {m} ({model.frequencies_hz[m - 1]:.4g} Hz)" for m in modes)
+    if placed:
+        return f"{which}: {placed}, each leaving {shape} of its frequency"
+    return f"{which}: none" + (f"; one would leave {shape} of its frequency" if automatic else "")
 
 
 @dataclass(frozen=True)

@@ -107,7 +107,7 @@ def pole_placement(
     Raises
     ------
     InputError
-        For a wish that is impossible, missing or contradicts another.
+        For a wish that is impossible, missing, contradicts another or applies to no mode.
     DesignError
         If a mode that is to be moved is not reached by the actuator or not seen by the
         sensors, or one that is left alone is undamped.
@@ -138,8 +138,7 @@ def pole_placement(
     check_damped(own, wanted)
     if observer_poles is None:
         speed = check_positive(3.0 if observer_speed is None else observer_speed, "observer_speed")
-        least = 0.1 if observer_damping is None else observer_damping
-        seen = followed(own, wanted, alone, speed, least)
+        seen = followed(own, wanted, alone, speed, observer_damping)
     else:
         _refuse_beside(
             "observer_poles", observer_speed=observer_speed, observer_damping=observer_damping

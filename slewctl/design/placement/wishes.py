@@ -32,6 +32,8 @@ from slewctl.errors import (
 
 # Errors of the estimate decay faster at their own frequency up to this damping ratio.
 _OBSERVER_RATIO = 0.7
+# The observer damps a mode that the state feedback does not move at least so, unless told.
+_LEAST_RATIO = 0.1
 # A pole and the conjugate of another that differ by less, relative, belong together.
 _CONJUGATE = 1e-9
 
@@ -80,6 +82,12 @@ def _added(given: object, modes: int, leave: frozenset[int]) -> dict[int, float]
     where = "added_damping"
     if isinstance(given, Real) and not isinstance(given, bool):
         ratio = check_nonnegative(given, where)
+        if ratio and len(leave) == modes:
+            raise InputError(
+                "every flexible mode is left alone, so that no mode is damped",
+                where=where,
+                remedy="take one of them out of leave, or leave it out",
+            )
         return {number: ratio for number in range(1, modes + 1) if number not in leave}
     if isinstance(given, Mapping):
         named = {_mode_key(key): value for key, value in given.items()}
@@ -298,7 +306,7 @@ def followed(
     wanted: Mapping[int, Roots],
     alone: frozenset[int],
     speed: float,
-    damping: object,
+    damping: object | None,
 ) -> Wanted:
     """Return the pairs wanted of an observer for a state feedback with the pairs `wanted`.
 
@@ -310,17 +318,31 @@ def followed(
         Modes that the observer leaves alone too.
     speed : float
         See `faster`.
-    damping : object
-        Least damping ratio for the modes that the state feedback does not move.
+    damping : object, optional
+        Least damping ratio for the modes that the state feedback does not move, by default a
+        tenth.
+
+    Raises
+    ------
+    InputError
+        If it is no damping ratio, or given where there is no such mode.
     """
-    least = check_nonnegative(damping, "observer_damping")
+    least = check_nonnegative(_LEAST_RATIO if damping is None else damping, "observer_damping")
     if least >= 1:
         raise InputError(
             f"{least:g} is not below 1", where="observer_damping", remedy="give one such as 0.1"
         )
     pairs = {number: faster(pair, speed) for number, pair in wanted.items()}
-    for number, pair in enumerate(own):
-        if number not in pairs and number not in alone and pair.ratio < least:
+    unmoved = [number for number in range(len(own)) if number not in {*pairs, *alone}]
+    if damping is not None and not unmoved:
+        raise InputError(
+            "there is no mode that the state feedback does not move and leave does not name",
+            where="observer_damping",
+            remedy="leave it out",
+        )
+    for number in unmoved:
+        pair = own[number]
+        if pair.ratio < least:
             pairs[number] = PolePair.mode(pair.frequency, least)
     return pairs
 
