@@ -3,11 +3,29 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
 
-from slewctl.errors import InputError
+from slewctl.errors import InputError, SlewctlError
+
+
+@contextmanager
+def options_named(options: Mapping[str, str]) -> Iterator[None]:
+    """Let what is wrong with a value from the command line name its option, and no file.
+
+    Parameters
+    ----------
+    options : mapping of str to str
+        Option by the place that errors name.
+    """
+    try:
+        yield
+    except SlewctlError as error:
+        option = options.get(error.where)
+        raise (error.at(option) if option else error) from error
 
 
 class _Folder(click.Path):

@@ -105,7 +105,7 @@ class Case:
             raise InputError(
                 f"a truth of {self.truth_modes} modes cannot judge a model of {largest} functions",
                 where="truth.modes",
-                remedy=f"keep at least {min(2 * largest, MOST_TRUTH_MODES)} modes",
+                remedy=f"keep at least {min(2 * largest, MOST_TRUTH_MODES)} modes (truth.modes)",
             )
 
     @property

@@ -16,7 +16,7 @@ from slewctl.compare import Case
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import arm_of_table
 from slewctl.files.faults import Faults, missing
-from slewctl.files.find import find_designs, name_designs
+from slewctl.files.find import find_designs, name_designs, refuse_study
 from slewctl.files.refusals import validate_each
 from slewctl.files.schema import DESIGN_SCHEMA, ArmTable, ControllerTable, DesignTable
 from slewctl.files.source import Source, read_source
@@ -73,6 +73,7 @@ def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile
         value; the message names file, line, key and remedy of each.
     """
     source = read_source(path)
+    refuse_study(source)
     with source.computing():
         return _design(source, name or path.stem, slew)
 

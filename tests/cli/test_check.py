@@ -284,7 +284,7 @@ def test_a_file_that_cannot_be_written_spoils_no_other(run: Run) -> None:
     done = run("designs", "--json", "plain/o.json", "--junit", "o.xml")
     assert done.status == 2
     assert "good" in done.out
-    assert done.err.startswith("slewctl: plain/o.json: ")
+    assert done.err.startswith("slewctl: --json plain/o.json: ")
     assert "cannot be written" in done.err
     assert done.err.count("\n") == 1
     assert ET.parse("o.xml").getroot().get("tests") == "2"
