@@ -24,8 +24,10 @@ def options_named(options: Mapping[str, str]) -> Iterator[None]:
     try:
         yield
     except SlewctlError as error:
-        option = options.get(error.where)
-        raise (error.at(option) if option else error) from error
+        for place, option in options.items():
+            if error.where == place or (place and error.where.startswith(f"{place}.")):
+                raise error.at(option) from error
+        raise
 
 
 class _Folder(click.Path):

@@ -21,7 +21,7 @@ from slewctl.arm import (
     catalogue,
 )
 from slewctl.breakdown import computing
-from slewctl.errors import InputError, check_choice, check_number, shown
+from slewctl.errors import InputError, check_choice, check_each, check_number, shown
 from slewctl.files.faults import Faults
 from slewctl.files.refusals import validate
 from slewctl.files.schema import ArmTable, BeamTable, KelvinVoigtTable, RayleighTable, Table
@@ -159,5 +159,5 @@ def _profile(value: object, where: str) -> ProfileSpec:
             key = where + error.where.removeprefix("stations")
             raise error.at(key) from error
     if isinstance(value, list):
-        return tuple(check_number(coefficient, where) for coefficient in value)
+        return check_each(value, where, check_number)
     return check_number(value, where)

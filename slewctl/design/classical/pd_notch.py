@@ -26,8 +26,9 @@ from slewctl.design.classical.filters import (
     rigid_arm,
     summed,
 )
+from slewctl.design.mode_numbers import check_modes
 from slewctl.design.result import Check, Controller, finished
-from slewctl.errors import DesignError, InputError, check_count, check_positive, shown
+from slewctl.errors import DesignError, InputError, check_positive, shown
 from slewctl.model import Model
 from slewctl.plant import GeneralisedPlant
 from slewctl.plant.statespace import drive
@@ -323,16 +324,3 @@ def _modes(given: object, n: int) -> tuple[int, ...] | None:
             remedy='give a list such as [1, 2], an empty one, or "auto"',
         )
     return check_modes(given, n, "notch_modes")
-
-
-def check_modes(given: Sequence[object], n: int, where: str) -> tuple[int, ...]:
-    """Return numbers of flexible modes, each once; refuse those that a model has not got."""
-    modes = tuple(dict.fromkeys(check_count(mode, where) for mode in given))
-    if modes and max(modes) > n:
-        have = "1 flexible mode" if n == 1 else f"{n} flexible modes"
-        raise InputError(
-            f"the design model has {have}, no mode {max(modes)}",
-            where=where,
-            remedy=f"name modes up to {n}, or raise model.n",
-        )
-    return modes

@@ -35,7 +35,6 @@ from slewctl.design.placement.pole_pairs import (
 from slewctl.design.placement.wishes import (
     Wanted,
     check_damped,
-    check_stable,
     explicit,
     followed,
     left_alone,
@@ -324,9 +323,7 @@ def _cannot_move(
 
 
 def _explicitly(own: Sequence[Roots], given: object, where: str, alone: frozenset[int]) -> Wanted:
-    poles = explicit(given, where)
-    check_stable(poles, where)
-    return matched(own, poles, where, alone)
+    return matched(own, explicit(given, where, stable=True), where, alone)
 
 
 def _refuse_beside(poles: str, **wishes: object) -> None:
