@@ -16,6 +16,8 @@ Count = Annotated[int, Field(ge=1)]
 T = TypeVar("T")
 # More is no comparison that anybody reads.
 Several = Annotated[list[T], Field(max_length=100)]
+# Of limits or of noise.
+MOST_SIGNALS = 100
 
 # What a design file may say that it is written for.
 DESIGN_SCHEMA = "slewctl-design/1"
@@ -125,8 +127,8 @@ class ControllerTable(Table):
     model_config = ConfigDict(extra="allow", strict=True, frozen=True)
 
     method: str
-    limits: dict[str, Positive]
-    noise: dict[str, Positive]
+    limits: Annotated[dict[str, Positive], Field(max_length=MOST_SIGNALS)]
+    noise: Annotated[dict[str, Positive], Field(max_length=MOST_SIGNALS)]
 
 
 class SlewTable(Table):

@@ -50,7 +50,8 @@ class Pairs:
     def scaled(self, scale: Array) -> Pairs:
         """Return the same in other coordinates."""
         right = self.right / scale[:, None]
-        return self._with(self.values, right, np.linalg.inv(self.right).astype(complex) * scale)
+        left = np.asarray(np.linalg.inv(self.right) * scale, dtype=complex)
+        return self._with(self.values, right, left)
 
     def refined(self, A: Array) -> Pairs:
         """Return the pairs after steps of Newton's method.
