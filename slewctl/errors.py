@@ -219,6 +219,13 @@ def check_choice(value: object, choices: Iterable[str], name: str) -> str:
     )
 
 
+def check_each(
+    values: Iterable[object], name: str, check: Callable[[object, str], T]
+) -> tuple[T, ...]:
+    """Return what `check` makes of each element, which it is given with a name of its own."""
+    return tuple(check(value, f"{name}.{place}") for place, value in enumerate(values))
+
+
 def suggest(wrong: str, known: Iterable[str]) -> str:
     """Return the remedy for a misspelt name: the nearest known one, or all of them."""
     names = sorted(known)

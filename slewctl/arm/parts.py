@@ -16,6 +16,7 @@ from slewctl.arm.profiles import Profile, ProfileSpec, Stations, as_profile
 from slewctl.errors import (
     InputError,
     check_damping_ratio,
+    check_each,
     shown,
 )
 
@@ -193,7 +194,7 @@ def _damping_ratio(given: object) -> float | tuple[float, ...]:
         given = given.tolist()
     if isinstance(given, str) or not isinstance(given, Sequence):
         return check_damping_ratio(given, "arm.damping_ratio")
-    ratios = tuple(check_damping_ratio(value, "arm.damping_ratio") for value in given)
+    ratios = check_each(given, "arm.damping_ratio", check_damping_ratio)
     if not ratios:
         raise InputError("no ratio", where="arm.damping_ratio", remedy="give at least one")
     return ratios

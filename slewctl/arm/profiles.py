@@ -18,7 +18,7 @@ from numpy.polynomial import Polynomial as PowerSeries
 
 from slewctl._types import Array
 from slewctl.arm.magnitudes import check_size, check_size_or_zero
-from slewctl.errors import InputError, check_number, shown
+from slewctl.errors import InputError, check_each, check_number, shown
 
 # Up to this many, moments of inertia of the profile are integrated exactly (`basis.inertia`).
 _MOST_COEFFICIENTS = 62
@@ -57,7 +57,7 @@ class Stations:
             first = int(np.argmax(wrong))
             raise InputError(
                 f"stations do not increase: {after[first]:g} m follows {here[first]:g} m",
-                where="stations.x",
+                where=f"stations.x.{first + 1}",
                 remedy="sort them; repeat an inner station once to make a step",
             )
 
@@ -68,7 +68,7 @@ def _numbers(values: object, name: str) -> tuple[float, ...]:
         raise InputError(
             f"{shown(values)} is not a list of numbers", where=name, remedy="give a list"
         )
-    return tuple(check_number(value, name) for value in values)
+    return check_each(values, name, check_number)
 
 
 ProfileSpec = float | Sequence[float] | Stations | Callable[[Array], Array]
@@ -200,8 +200,11 @@ def as_profile(spec: ProfileSpec, length: float, name: str) -> Profile:
     profile = _convert(spec, length, name)
     lowest = profile.minimum()
     if not lowest > 0:
+        at = f".values.{spec.values.index(lowest)}" if isinstance(spec, Stations) else ""
         raise InputError(
-            f"falls to {lowest:g} on the beam", where=name, remedy="make it positive everywhere"
+            f"falls to {lowest:g} on the beam",
+            where=f"{name}{at}",
+            remedy="make it positive everywhere",
         )
     check_size(lowest, name)
     check_size(profile.bound(), name)
@@ -230,7 +233,7 @@ def _convert(spec: ProfileSpec, length: float, name: str) -> Profile:
                 where=name,
                 remedy="give a table of stations: so many powers of x/L are not told apart",
             )
-        return _Power(tuple(_coefficient(value, name) for value in _numbers(spec, name)))
+        return _Power(check_each(_numbers(spec, name), name, _coefficient))
     return _Power((_coefficient(spec, name),))
 
 

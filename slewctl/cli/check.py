@@ -31,7 +31,7 @@ from slewctl.versions import installed
 
 @dataclass(frozen=True)
 class Outputs:
-    """Where to write what."""
+    """Where to write what, and the baseline, which is read too."""
 
     junit: Path | None
     json: Path | None
@@ -53,6 +53,15 @@ class Outputs:
                     remedy="name another file",
                 )
 
+    def accepted(self, *, may_be_missing: bool) -> Baseline | None:
+        """Return the baseline, None if none was named."""
+        if self.baseline is None:
+            return None
+        try:
+            return read_baseline(self.baseline, may_be_missing=may_be_missing)
+        except SlewctlError as error:
+            raise error.within("--baseline", " ") from error
+
 
 def check(
     paths: Sequence[Path],
@@ -69,11 +78,7 @@ def check(
     check_nonnegative(tolerance, "--tolerance")
     designs = find_designs(paths)
     outputs.check(designs)
-    before = (
-        read_baseline(outputs.baseline, may_be_missing=update_baseline)
-        if outputs.baseline
-        else None
-    )
+    before = outputs.accepted(may_be_missing=update_baseline)
     with progress(len(designs)) as step:
         results = check_designs(
             paths, step, None if update_baseline else before, changed_only=changed_only
@@ -118,18 +123,18 @@ def _write(
 
     written = True
     if outputs.junit:
-        written &= _written(outputs.junit, to_junit(results))
+        written &= _written("--junit", outputs.junit, to_junit(results))
     if outputs.json:
-        written &= _written(outputs.json, json_text(to_record(results, installed())))
+        written &= _written("--json", outputs.json, json_text(to_record(results, installed())))
     if before is None:
         return written, []
     after, notes = accept(before, results)
-    if not _written(after.path, json_text(baseline_record(after))):
+    if not _written("--baseline", after.path, json_text(baseline_record(after))):
         return False, []
     return written, [*notes, f"{len(after.designs)} accepted, written to {after.path}"]
 
 
-def _written(path: Path, text: str) -> bool:
+def _written(option: str, path: Path, text: str) -> bool:
     """Write one file whole; say on the error stream why it could not be."""
     from slewctl.report.export import write_files
 
@@ -144,6 +149,6 @@ def _written(path: Path, text: str) -> bool:
         whole = text.encode("utf-8", "backslashreplace").decode("utf-8")
         write_files(target.parent, {target.name: whole})
     except SlewctlError as error:
-        ERR.print(f"slewctl: {path}: {error}", soft_wrap=True)
+        ERR.print(f"slewctl: {option} {path}: {error}", soft_wrap=True)
         return False
     return True

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import click
+from click.core import ParameterSource
 
 from slewctl.cli import interrupted
 from slewctl.cli.options import OUT_FOLDER, PARQUET
@@ -145,9 +146,7 @@ def check_command(
       2  bad input: a design that cannot be judged (the others are judged all the
          same), a missing or corrupt baseline, a file that cannot be written
     """
-    if baseline is None and (update_baseline or changed_only):
-        option = "--update-baseline" if update_baseline else "--changed-only"
-        raise click.UsageError(f"{option} needs --baseline FILE")
+    _refuse_idle(context)
     from slewctl.cli.check import Outputs, check
 
     outputs = Outputs(junit, json, baseline)
@@ -157,6 +156,22 @@ def check_command(
             update_baseline=update_baseline, changed_only=changed_only,
         )
     )  # fmt: skip
+
+
+def _refuse_idle(context: click.Context) -> None:
+    """Refuse options of ``check`` that would do nothing beside the others."""
+
+    def given(name: str) -> bool:
+        return context.get_parameter_source(name) is not ParameterSource.DEFAULT
+
+    for name, option in (("update_baseline", "--update-baseline"), ("changed_only",
+                         "--changed-only"), ("tolerance", "--tolerance")):  # fmt: skip
+        if given(name) and not given("baseline"):
+            raise click.UsageError(f"{option} needs --baseline FILE.", context)
+        if given(name) and given("update_baseline") and name != "update_baseline":
+            raise click.UsageError(f"{option} means nothing with --update-baseline.", context)
+    if given("every") and given("quiet"):
+        raise click.UsageError("--all means nothing with --quiet.", context)
 
 
 @cli.command("study")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, Told, number_table, progress, show
 from slewctl.compare import (
     CaseResult,
@@ -58,8 +60,10 @@ def _compared(design: DesignFile, step: Callable[[str], None]) -> tuple[CaseResu
 def print_ladder(design: Path, basis: str | None, n: int | None) -> None:
     """Print how a design fares on more and more modes of the truth."""
     file = read_design(design)
+    with options_named({"model.basis": "--basis", "model.n": "-n", "truth.modes": "-n"}):
+        case = replace(file.case, basis=basis or file.case.basis, n=n or file.case.n)
     with file.source.computing():
-        ladder = spillover_ladder(file.case, basis, n)
+        ladder = spillover_ladder(case)
     table = number_table("modes N", "up to (Hz)", "gain (dB)", "phase (deg)", "disk", "lost (%)")
     for rung in ladder.rungs:
         table.add_row(str(rung.modes), f"{rung.frequency_hz:.5g}", *_rung_cells(rung))

@@ -3,11 +3,31 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
 
-from slewctl.errors import InputError
+from slewctl.errors import InputError, SlewctlError
+
+
+@contextmanager
+def options_named(options: Mapping[str, str]) -> Iterator[None]:
+    """Let what is wrong with a value from the command line name its option, and no file.
+
+    Parameters
+    ----------
+    options : mapping of str to str
+        Option by the place that errors name.
+    """
+    try:
+        yield
+    except SlewctlError as error:
+        for place, option in options.items():
+            if error.where == place or (place and error.where.startswith(f"{place}.")):
+                raise error.at(option) from error
+        raise
 
 
 class _Folder(click.Path):

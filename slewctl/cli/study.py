@@ -13,6 +13,7 @@ from rich.table import Table
 
 from slewctl.arm import catalogue
 from slewctl.breakdown import computing
+from slewctl.cli.options import options_named
 from slewctl.cli.terminal import ERR, OUT, counter, number_table, progress, show
 from slewctl.compare import (
     COLUMNS,
@@ -24,6 +25,7 @@ from slewctl.compare import (
     recommend,
     run_study,
 )
+from slewctl.compare.study.grid import check_sensors
 from slewctl.compare.study.processes import ENDINGS
 from slewctl.files import computing_arm, find_arm, read_study
 
@@ -38,10 +40,13 @@ def study(
         from slewctl.report import write_study  # matplotlib is only needed here
 
         cluster = nullcontext() if dask is None else dask_cluster(dask)
+        # What is wrong with the results or the cluster is no fault of the file.
+        elsewhere = {"dask": "--dask", "executor": "--dask", "study": str(file), "": str(file)}
         with (
+            options_named(elsewhere),
             cluster as executor,
             counter(count_points(asked)) as step,
-            computing(str(file)),
+            computing(),
         ):
             result = run_study(
                 asked, results, stamp=_stamp(asked), executor=executor,
@@ -109,7 +114,8 @@ def print_recommendation(arm: str, sensors: str, as_json: bool) -> None:
     known = arm in catalogue.names()
     chosen = catalogue.damped(arm) if known else find_arm(arm)
     damping = str(catalogue.CATALOGUE[arm].damping) if known else ""
-    names = [name.strip() for name in sensors.split(",")]
+    with options_named({"sensors": "--sensors"}):
+        names = check_sensors([name.strip() for name in sensors.split(",")])
     with progress(count_trials()) as step, computing_arm(arm):
         advice = recommend(chosen, names, damping=damping, progress=step)
     if as_json:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from slewctl.arm import Arm
 from slewctl.basis import NAMES
 from slewctl.design import METHODS, options
-from slewctl.errors import InputError, check_choice, check_count, shown, suggest
+from slewctl.errors import InputError, check_choice, check_count, check_each, shown, suggest
 from slewctl.loop import Slew
 from slewctl.model.converged_truth import DEFAULT_MODES
 from slewctl.plant import Objective
@@ -84,10 +84,8 @@ class Case:
                     remedy=suggest(key, known) if known else "leave it out",
                 )
         check_count(self.n, "model.n")
-        for basis in self.bases:
-            check_choice(basis, NAMES, "compare.bases")
-        for order in self.orders:
-            check_count(order, "compare.orders")
+        check_each(self.bases, "compare.bases", lambda name, at: check_choice(name, NAMES, at))
+        check_each(self.orders, "compare.orders", check_count)
         if self.truth_modes > MOST_TRUTH_MODES:
             raise InputError(
                 f"a truth of {shown(self.truth_modes)} modes cannot be judged on twice as many",
@@ -98,14 +96,16 @@ class Case:
         if largest > MOST_TRUTH_MODES:
             raise InputError(
                 f"a model of {shown(largest)} functions is larger than any truth",
-                where="model.n" if largest == self.n else "compare.orders",
+                where="model.n"
+                if largest == self.n
+                else f"compare.orders.{self.orders.index(largest)}",
                 remedy=f"design on at most {MOST_TRUTH_MODES // 2}",
             )
         if check_count(self.truth_modes, "truth.modes") < largest:
             raise InputError(
                 f"a truth of {self.truth_modes} modes cannot judge a model of {largest} functions",
                 where="truth.modes",
-                remedy=f"keep at least {min(2 * largest, MOST_TRUTH_MODES)} modes",
+                remedy=f"keep at least {min(2 * largest, MOST_TRUTH_MODES)} modes (truth.modes)",
             )
 
     @property

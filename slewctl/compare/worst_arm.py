@@ -17,7 +17,6 @@ from types import MappingProxyType
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats import qmc
 
 from slewctl._show import Tabular, table_html
 from slewctl._threads import single_threaded
@@ -29,6 +28,7 @@ from slewctl.compare.evaluation import Judge
 from slewctl.compare.judgement import Judgement, Yardstick
 from slewctl.compare.quantities import QUANTITIES, Reading
 from slewctl.compare.reading import read
+from slewctl.compare.sobol import sobol_points
 from slewctl.design import Controller
 from slewctl.errors import InputError, check_choice, check_count, shown
 from slewctl.loop import Loop, Slew
@@ -39,6 +39,8 @@ from slewctl.plant import Objective
 # A coordinate this close to a bound, as a fraction of the range, is on it.
 _ON_A_BOUND = 1e-6
 _SMALLEST_STEP = 1e-4
+# The most arms that a search tries unless told.
+_SEARCHED = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,8 +175,8 @@ def worst_case(
     quantity: str = "disk_margin",
     samples: int = 32,
     searches: int = 2,
-    evaluations: int = 60,
-    seed: int = 0,
+    evaluations: int | None = None,
+    seed: int | None = None,
 ) -> WorstCase:
     """Return the worst arm found in a box around a design, the controller being fixed.
 
@@ -192,9 +194,10 @@ def worst_case(
     samples : int
         Arms inside of the box, of a Sobol sequence with a random shift.
     searches, evaluations : int
-        Nelder–Mead searches from the worst arms so far, and the most arms that each may try.
+        Nelder–Mead searches from the worst arms so far, and the most arms that each may try,
+        by default 60.
     seed : int
-        Of the samples: the same arguments give the same answer.
+        Of the samples, by default 0: the same arguments give the same answer.
 
     Returns
     -------
@@ -204,7 +207,8 @@ def worst_case(
     ------
     InputError
         For an unknown property or quantity, a range that is empty or impossible for the arm,
-        or a property that is given in the box twice, as a value and as a factor.
+        a property that is given in the box twice, as a value and as a factor, or a seed without
+        samples or evaluations without searches.
 
     Examples
     --------
@@ -221,9 +225,12 @@ def worst_case(
     counts = (
         check_count(samples, "samples", 0),
         check_count(searches, "searches", 0),
-        check_count(evaluations, "evaluations", 1),
-        check_count(seed, "seed", 0),
+        check_count(_SEARCHED if evaluations is None else evaluations, "evaluations", 1),
+        check_count(0 if seed is None else seed, "seed", 0),
     )
+    for name, value, count in (("seed", seed, samples), ("evaluations", evaluations, searches)):
+        if value is not None and not count:
+            raise InputError("means nothing where none are made", where=name, remedy="leave it out")
     subject = _Subject.of(design)
     low, high = box_bounds(box, subject.arm)
     search = _Search(subject, tuple(box), low, high, quantity)
@@ -231,7 +238,7 @@ def worst_case(
     for corner in product((0.0, 1.0), repeat=len(low)):
         search.try_at(np.array(corner), "corner")
     if counts[0]:
-        for point in _sobol(len(low), counts[0], counts[3]):
+        for point in sobol_points(len(low), counts[0], counts[3]):
             search.try_at(point, "sample")
     search.descend(counts[1], counts[2])
     return search.result(nominal)
@@ -361,10 +368,3 @@ class _Search:
             tuple(self.trials),
             self.subject.modes,
         )
-
-
-def _sobol(dimension: int, count: int, seed: int) -> Array:
-    """Return the first points of a Sobol sequence in the unit cube, turned by a random shift."""
-    power = int(np.ceil(np.log2(count)))
-    points = qmc.Sobol(dimension, scramble=False).random_base2(power)[:count]
-    return np.asarray((points + np.random.default_rng(seed).random(dimension)) % 1.0)

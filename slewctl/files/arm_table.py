@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from slewctl.arm import (
     Arm,
@@ -21,12 +21,13 @@ from slewctl.arm import (
     catalogue,
 )
 from slewctl.breakdown import computing
-from slewctl.errors import InputError, check_choice, check_number, shown
+from slewctl.errors import InputError, check_choice, check_each, check_number, shown
 from slewctl.files.faults import Faults
 from slewctl.files.refusals import validate
 from slewctl.files.schema import ArmTable, BeamTable, KelvinVoigtTable, RayleighTable, Table
 from slewctl.files.source import read_source
 
+Part = TypeVar("Part", Hub, Payload)
 # Kind of damping law: the table that describes it, and the law.
 _LAWS: dict[str, tuple[type[Table], type[Rayleigh | KelvinVoigt]]] = {
     "rayleigh": (RayleighTable, Rayleigh),
@@ -153,8 +154,9 @@ def arm_of_table(table: ArmTable) -> Arm:
     arm = faults.attempt(_unchanged, table)
     ratio = table.damping_ratio
     parts: dict[str, Any] = {
-        "hub": table.hub and faults.attempt(Hub, **table.hub.model_dump()),
-        "payload": table.payload and faults.attempt(Payload, **table.payload.model_dump()),
+        "hub": table.hub and faults.attempt(_changed, arm.hub if arm else Hub(), table.hub),
+        "payload": table.payload
+        and faults.attempt(_changed, arm.payload if arm else Payload(), table.payload),
         "motor": table.motor and faults.attempt(Motor, **table.motor.model_dump()),
         "damping": None if table.damping is None else faults.attempt(_damping, table.damping),
         "damping_ratio": ratio,
@@ -164,6 +166,11 @@ def arm_of_table(table: ArmTable) -> Arm:
     # What is wrong with the whole is looked for even if one of its parts is.
     whole = faults.attempt(replace, arm or catalogue.get(catalogue.names()[0]), **given)
     return faults.settled(whole)
+
+
+def _changed(part: Part, table: Table) -> Part:
+    """Return a part of the arm with those of its values that the table gives."""
+    return replace(part, **table.model_dump(exclude_unset=True))
 
 
 def _unchanged(table: ArmTable) -> Arm:
@@ -196,6 +203,12 @@ def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:
     kind = check_choice(content["kind"], _LAWS, "arm.damping.kind")
     table, law = _LAWS[kind]
     keys = validate(content, table, ("arm", "damping")).model_dump(exclude={"kind"})
+    if not any(keys.values()):
+        raise InputError(
+            "damps nothing",
+            where="arm.damping",
+            remedy=f"give {' or '.join(keys)}, or leave the table out",
+        )
     return law(**keys)
 
 
@@ -213,5 +226,5 @@ def _profile(value: object, where: str) -> ProfileSpec:
             key = where + error.where.removeprefix("stations")
             raise error.at(key) from error
     if isinstance(value, list):
-        return tuple(check_number(coefficient, where) for coefficient in value)
+        return check_each(value, where, check_number)
     return check_number(value, where)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from slewctl.errors import InputError, SlewctlError
-from slewctl.files.source import read_source
+from slewctl.files.source import Source, read_source
 
 
 def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
@@ -121,10 +121,34 @@ def is_study(path: Path) -> bool:
     False
     """
     try:
-        content = read_source(path).content
+        return holds_study(read_source(path).content)
     except SlewctlError:
         return False
+
+
+def holds_study(content: Mapping[str, object]) -> bool:
+    """Return whether what a TOML file holds is a study."""
     return isinstance(content.get("grid"), list) and "controller" not in content
+
+
+def refuse_study(source: Source) -> None:
+    """Refuse a study where a design is read."""
+    if holds_study(source.content):
+        raise InputError(
+            "a study, no design",
+            where=f"{source.path}:{source.line('grid')}",
+            remedy="run it with slewctl study",
+        )
+
+
+def refuse_design(source: Source) -> None:
+    """Refuse a design where a study is read."""
+    if "controller" in source.content and "grid" not in source.content:
+        raise InputError(
+            "a design, no study",
+            where=f"{source.path}:{source.line('controller')}",
+            remedy="judge it with slewctl check, or give [[grid]] tables and no controller",
+        )
 
 
 def name_designs(paths: Iterable[Path]) -> dict[Path, str]:

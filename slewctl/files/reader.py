@@ -16,9 +16,9 @@ from slewctl.compare import Case
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import arm_of_table
 from slewctl.files.faults import Faults, missing
-from slewctl.files.find import find_designs, name_designs
+from slewctl.files.find import find_designs, name_designs, refuse_study
 from slewctl.files.refusals import validate_each
-from slewctl.files.schema import DESIGN_SCHEMA, ArmTable, ControllerTable, DesignTable
+from slewctl.files.schema import DESIGN_SCHEMA, MOST_SIGNALS, ArmTable, ControllerTable, DesignTable
 from slewctl.files.source import Source, read_source
 from slewctl.files.variations import Variation, read_variations
 from slewctl.loop import Slew
@@ -104,6 +104,7 @@ def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile
     'clamped-free'
     """
     source = read_source(path)
+    refuse_study(source)
     with source.computing():
         return _design(source, name or path.stem, slew)
 
@@ -243,7 +244,9 @@ def _named(content: Mapping[str, Any], right: Mapping[str, Any], key: str) -> Ma
     if key in right:
         return right[key]
     given = content.get(key)
-    return dict.fromkeys(given, 1.0) if isinstance(given, dict) and given else _HALF
+    if not isinstance(given, dict) or not 0 < len(given) <= MOST_SIGNALS:
+        return _HALF
+    return dict.fromkeys(given, 1.0)
 
 
 def _slew(keys: Mapping[str, Any]) -> Slew:

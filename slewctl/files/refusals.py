@@ -117,7 +117,7 @@ def _refusal(kind: type[Table], prefix: tuple[str, ...], error: Mapping[str, Any
     if error["type"] == "missing":
         return missing(key)
     if error["type"] == "too_long":
-        length, most = (error["ctx"][name] for name in ("actual_length", "max_length"))
+        length, most = len(error["input"]), error["ctx"]["max_length"]
         return InputError(f"{length} are too many", where=key, remedy=f"give at most {most}")
     wanted = _WANTED.get(error["type"], str(error["msg"]).removeprefix("Input should be "))
     if wanted.startswith(("greater", "less")):

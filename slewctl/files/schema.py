@@ -16,6 +16,8 @@ Count = Annotated[int, Field(ge=1)]
 T = TypeVar("T")
 # More is no comparison that anybody reads.
 Several = Annotated[list[T], Field(max_length=100)]
+# Of limits or of noise.
+MOST_SIGNALS = 100
 
 # What a design file may say that it is written for.
 DESIGN_SCHEMA = "slewctl-design/1"
@@ -186,6 +188,7 @@ class ControllerTable(Table):
     method: Annotated[str, _told("text", "the design method; its options stand beside it", "lqg")]
     limits: Annotated[
         dict[str, Positive],
+        Field(max_length=MOST_SIGNALS),
         _told(
             "table",
             "largest acceptable value of each signal, in its own unit",
@@ -194,6 +197,7 @@ class ControllerTable(Table):
     ]
     noise: Annotated[
         dict[str, Positive],
+        Field(max_length=MOST_SIGNALS),
         _told(
             "table",
             "white noise of the actuator and of each sensor, in its own unit per √Hz",

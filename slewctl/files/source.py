@@ -20,9 +20,9 @@ from slewctl.textfile import read_text
 MOST_LEVELS = 50
 _MOST_KEY = 200
 # Of one table; variations of an arm are the only keys that anybody counts in hundreds.
-_MOST_KEYS = 10_000
-# Keys and elements of a whole file; a beam of 2,000 stations has four thousand.
-_MOST_VALUES = 100_000
+_MOST_KEYS = 2_000
+# Keys and elements of a whole file; a beam of 2,000 stations has eight thousand.
+_MOST_VALUES = 20_000
 # As many as TOML promises to every program.
 _MOST_INTEGER = 2**63
 
@@ -32,6 +32,7 @@ _QUOTED = re.compile(
     r'|"(?:[^"\\\n]|\\[^\n])*"?|\'[^\'\n]*\'?|#[^\n]*',
     re.DOTALL,
 )
+_PARTS = re.compile(r"[^\W\d]\.")
 _LONG_KEY = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{MOST_LEVELS}}}")
 
 
@@ -167,7 +168,7 @@ def read_source(path: Path) -> Source:
         raise InputError(
             f"cannot be read: {error.strerror}", where=str(path), remedy="check the path"
         ) from error
-    _refuse_long_keys(path, text)
+    _refuse_at_a_glance(path, text)
     try:
         content = tomllib.loads(text)
     except RecursionError:
@@ -184,12 +185,21 @@ def read_source(path: Path) -> Source:
     return source
 
 
-def _refuse_long_keys(path: Path, text: str) -> None:
-    """Refuse dotted keys on which the parser would spend the square of their length."""
+def _refuse_at_a_glance(path: Path, text: str) -> None:
+    """Refuse what the parser would take long for: keys of many parts, thousands of values.
+
+    A key has a sign of equality, a header one or two brackets, a part of a dotted key a dot
+    behind it (in a number it follows a digit), and an element of an array a comma unless it is
+    the last one; pairs of an inline table have commas too.
+    """
     bare = _QUOTED.sub(lambda found: "x" + "\n" * found[0].count("\n"), text)
     found = _LONG_KEY.search(bare)
     if found is not None:
         raise _too_deep(f"{path}:{bare.count(chr(10), 0, found.start()) + 1}")
+    dots = len(_PARTS.findall(bare))
+    least = max(bare.count("="), bare.count(","), bare.count("[") // 2, dots)
+    if least > _MOST_VALUES:
+        raise _too_many(path, f"at least {least}")
 
 
 def _refuse_extremes(source: Source) -> None:
@@ -228,9 +238,15 @@ def _refuse_masses(path: Path, content: Mapping[str, Any]) -> None:
             count += len(value)
             todo += value.values() if isinstance(value, dict) else value
     if count > _MOST_VALUES:
-        raise InputError(
-            f"{count} keys and elements", where=f"{path}:1", remedy=f"keep {_MOST_VALUES}"
-        )
+        raise _too_many(path, str(count))
+
+
+def _too_many(path: Path, count: str) -> InputError:
+    return InputError(
+        f"{count} keys, parts of keys and elements",
+        where=f"{path}:1",
+        remedy=f"keep {_MOST_VALUES}",
+    )
 
 
 def _name(place: KeyPath) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from slewctl.compare import Grid, Study
 from slewctl.errors import SlewctlError
 from slewctl.files.arm_table import arm_of_table
+from slewctl.files.find import refuse_design
 from slewctl.files.refusals import validate
 from slewctl.files.schema import GridTable, StudyTable
 from slewctl.files.source import read_source
@@ -46,6 +47,7 @@ def read_study(path: Path) -> Study:
     (1, 2)
     """
     source = read_source(path)
+    refuse_design(source)
     try:
         table = validate(source.content, StudyTable)
         arm = arm_of_table(table.arm)

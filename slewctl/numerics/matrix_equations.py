@@ -182,7 +182,8 @@ def _stabilising(A: Array, B: Array, Q: Array) -> Array:
         "the Riccati equation has no stabilising solution to working precision",
         where="riccati",
         remedy="check that every undamped mode is penalised and reached by noise, and that "
-        "limits and noises are of sensible size against each other",
+        "limits and noises are of sensible size against each other; leave out lags millions of "
+        "times as fast as the arm",
     )
     try:
         X = np.asarray(solve_continuous_are(A, B, Q, np.eye(B.shape[1])), dtype=float)

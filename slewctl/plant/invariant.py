@@ -187,9 +187,11 @@ def _rigid_subspace(A: Array, largest: float, rigid: BoolArray, size: float) -> 
 def check_rigid(count: int) -> None:
     if count > 2:
         raise InputError(
-            "more poles at the origin than the one rotation of a rigid body has",
+            "more poles at the origin, or next to it beside the fastest pole, than the one "
+            "rotation of a rigid body has",
             where="reduction",
-            remedy="leave integrators other than the arm's own out of the system",
+            remedy="leave integrators other than the arm's own, and lags millions of times as fast "
+            "as its modes, out of the system",
         )
 
 

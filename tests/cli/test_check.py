@@ -250,6 +250,16 @@ REFUSED = [
     (["--json", "designs"], "is a directory"),
     (["--changed-only"], "--changed-only needs --baseline FILE"),
     (["--update-baseline"], "--update-baseline needs --baseline FILE"),
+    (["--tolerance", "0.01"], "--tolerance needs --baseline FILE"),
+    (
+        ["--baseline", "b.json", "--update-baseline", "--tolerance", "0.1"],
+        "--tolerance means nothing with --update-baseline",
+    ),
+    (
+        ["--baseline", "b.json", "--update-baseline", "--changed-only"],
+        "--changed-only means nothing with --update-baseline",
+    ),
+    (["--all", "--quiet"], "--all means nothing with --quiet"),
     (["--baseline", "none.json", "--tolerance", "nan"], "--tolerance: nan is not a finite number"),
     (["--baseline", "none.json", "--tolerance", "-1"], "--tolerance: -1 is negative"),
     (["nothing.toml"], "nothing.toml: no such file or folder"),
@@ -274,7 +284,7 @@ def test_a_file_that_cannot_be_written_spoils_no_other(run: Run) -> None:
     done = run("designs", "--json", "plain/o.json", "--junit", "o.xml")
     assert done.status == 2
     assert "good" in done.out
-    assert done.err.startswith("slewctl: plain/o.json: ")
+    assert done.err.startswith("slewctl: --json plain/o.json: ")
     assert "cannot be written" in done.err
     assert done.err.count("\n") == 1
     assert ET.parse("o.xml").getroot().get("tests") == "2"

@@ -149,15 +149,42 @@ def test_ladder_tells_where_a_design_is_lost(design: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
-    [(("--basis", "slewin"), "did you mean 'slewing'"), (("-n", "7"), "keep at least 14 modes")],
+    ("option", "value", "told"),
+    [
+        ("--basis", "slewin", "did you mean 'slewing'"),
+        ("-n", "7", "keep at least 14 modes"),
+        ("-n", "70", "a model of 70 functions is larger than any truth"),
+    ],
 )
-def test_impossible_ladders_are_explained(
-    design: Path, options: tuple[str, ...], told: str
-) -> None:
-    done = slewctl("ladder", design, *options)
+def test_impossible_ladders_are_explained(design: Path, option: str, value: str, told: str) -> None:
+    """The option is at fault, and no line of the file."""
+    done = slewctl("ladder", design, option, value)
     assert done.returncode == 2
+    assert done.stderr.startswith(f"slewctl: {option}: ")
+    assert done.stderr.count("\n") == 1
     assert told in done.stderr
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["ladder", "{study}"], ["study", "{design}", "--out", "out"]],
+    ids=["a study for a ladder", "a design for a study"],
+)
+def test_a_study_and_a_design_are_told_apart(
+    design: Path, tmp_path: Path, command: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One sentence with the command for what the file is, and no list of its tables."""
+    monkeypatch.chdir(tmp_path)
+    study = tmp_path / "study.toml"
+    study.write_text('[arm]\ncatalogue = "paper-beam"\n[[grid]]\norders = [1]\n')
+    done = slewctl(*(word.format(study=study, design=design) for word in command))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr in (
+        f"slewctl: {study}:3: a study, no design; run it with slewctl study\n",
+        f"slewctl: {design}:9: a design, no study; judge it with slewctl check, or give [[grid]] "
+        "tables and no controller\n",
+    )
+    assert not (tmp_path / "out").exists()
 
 
 def test_modes_prints_each_basis_and_the_truth() -> None:

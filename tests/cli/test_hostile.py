@@ -123,7 +123,7 @@ def test_a_baseline_is_an_ordinary_file(kind: str) -> None:
         Path("b.json").symlink_to("/dev/zero")
     done = slewctl("check", design("good"), "--baseline", "b.json")
     assert done.returncode == 2
-    assert done.stderr.startswith("slewctl: b.json: cannot be read: it is not an ordinary file")
+    assert done.stderr.startswith("slewctl: --baseline b.json: cannot be read: it is not an")
 
 
 HOSTILE = "x\x1b[2J\x00\n::error file=a::b ##[add-mask]c"
@@ -181,6 +181,9 @@ def test_a_study_is_no_design_for_the_hook() -> None:
     Path("study.toml").write_text('[arm]\ncatalogue = "paper-beam"\n[[grid]]\norders = [1]\n')
     done = slewctl("check", "--quiet", "study.toml")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    alone = slewctl("check", "study.toml")
+    told = "only studies, no design: nothing to judge; run a study with slewctl study\n"
+    assert (alone.returncode, alone.stdout, alone.stderr) == (0, told, "")
     done = slewctl("check", "study.toml", design("good"))
     assert done.returncode == 0
     assert "study" not in done.stdout

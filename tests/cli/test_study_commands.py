@@ -245,7 +245,7 @@ def test_dask_is_an_extra_that_is_named(
     monkeypatch.setitem(sys.modules, "distributed", None)
     done = slewctl("study", study, "--out", tmp_path / "out", "--dask", "tcp://a:1")
     assert done.returncode == 2
-    assert done.stderr == "slewctl: dask: Dask is not installed; pip install 'slewctl[dask]'\n"
+    assert done.stderr == "slewctl: --dask: Dask is not installed; pip install 'slewctl[dask]'\n"
 
 
 def test_workers_of_a_cluster_are_not_counted_here(study: Path, tmp_path: Path) -> None:
@@ -339,7 +339,10 @@ def test_a_scheduler_that_dies_is_told_and_costs_nothing_finished(
 
 def test_recommend_refuses_what_it_cannot_use(tmp_path: Path) -> None:
     for arguments, told in (
-        (("paper-beam", "--sensors", "thet"), "did you mean 'theta'"),
+        (
+            ("paper-beam", "--sensors", "thet"),
+            "slewctl: --sensors: unknown name 'thet'; did you mean 'theta'",
+        ),
         (("papr-beam",), "did you mean 'paper-beam'"),
         ((tmp_path / "none.toml",), "cannot be read"),
         ((tmp_path,), "cannot be read: Is a directory"),

@@ -183,3 +183,18 @@ def test_other_wrong_arguments_are_refused() -> None:
     with pytest.raises(InputError, match="neither a Case nor a Loop"):
         worst_case(ARM, box)
     assert set(BOX) < set(PROPERTIES)
+
+
+@pytest.mark.parametrize(
+    ("option", "given"),
+    [
+        ("seed", {"samples": 0, "seed": 1}),
+        ("evaluations", {"searches": 0, "evaluations": 5}),
+    ],
+)
+def test_an_option_of_a_search_that_is_not_made_is_refused(
+    option: str, given: dict[str, int]
+) -> None:
+    with pytest.raises(InputError, match="means nothing") as refusal:
+        worst_case(CASE, BOX, **given)
+    assert refusal.value.where == option

@@ -223,7 +223,7 @@ def test_automatic_notches_save_a_loop_that_the_filters_lag_makes_unstable() -> 
     assert not plain.certificate.verified
     assert plain.poles.real.max() > 0
     assert saved.certificate.verified, str(saved.certificate)
-    assert any(line.startswith("notches: mode") for line in saved.assumptions)
+    assert any(line.startswith("notches") and ": mode" in line for line in saved.assumptions)
 
 
 def test_an_unstable_baseline_is_returned_unverified() -> None:
@@ -248,9 +248,9 @@ def test_lead_gives_the_phase_margin_of_a_rigid_arm(lead_deg: float) -> None:
         ({}, "bandwidth_hz", "missing"),
         ({"bandwidth_hz": 0}, "bandwidth_hz", "not positive"),
         ({"bandwidth_hz": 1, "damping_ratio": -1}, "damping_ratio", "not positive"),
-        ({"bandwidth_hz": 1, "notch_modes": [4]}, "notch_modes", "no mode 4"),
+        ({"bandwidth_hz": 1, "notch_modes": [4]}, "notch_modes.0", "no mode 4"),
         ({"bandwidth_hz": 1, "notch_modes": "all"}, "notch_modes", "names no modes"),
-        ({"bandwidth_hz": 1, "notch_modes": [1.5]}, "notch_modes", "whole number"),
+        ({"bandwidth_hz": 1, "notch_modes": [1.5]}, "notch_modes.0", "whole number"),
         ({"bandwidth_hz": 1, "notch_depth": 1.0}, "notch_depth", "not below 1"),
         ({"bandwidth_hz": 1, "notch_width": 0}, "notch_width", "not positive"),
         ({"bandwidth_hz": 1, "rolloff_hz": 1.0}, "rolloff_hz", "not above the bandwidth"),

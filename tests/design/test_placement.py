@@ -20,9 +20,12 @@ from slewctl import (
     ClampedFree,
     GeneralisedPlant,
     Objective,
+    SlewctlError,
     assemble,
+    balanced_truncation,
     close,
     generalised_plant,
+    lqg,
     truth,
 )
 from slewctl import (
@@ -355,3 +358,12 @@ def test_a_lag_keeps_its_pole_among_faster_ones() -> None:
     own = np.linalg.eig(plant.A)
     lag = own[1][:, int(np.argmin(np.abs(own[0] + 20)))].real
     assert abs(K[0] @ lag) < 1e-12 * np.linalg.norm(K) * np.linalg.norm(lag)
+
+
+@pytest.mark.parametrize("lag_s", [1e-9, 1e-12])
+def test_a_lag_too_fast_to_compute_with_is_named(lag_s: float) -> None:
+    """Where what its pole is rounded by is as large as the arm's own poles."""
+    plant = lagged(design_plant(2), lag_s)
+    for design in (lqg, lambda given: balanced_truncation(given, 4)):
+        with pytest.raises(SlewctlError, match="lags millions of times as fast"):
+            design(plant)

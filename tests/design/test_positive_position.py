@@ -170,7 +170,7 @@ def test_signs_that_differ_promise_nothing() -> None:
         ({"bandwidth_hz": 0.1, "gain": "high"}, "gain", "not a finite number"),
         ({"bandwidth_hz": 0.1, "modes": []}, "modes", "names no modes"),
         ({"bandwidth_hz": 0.1, "modes": "1"}, "modes", "names no modes"),
-        ({"bandwidth_hz": 0.1, "modes": [3]}, "modes", "no mode 3"),
+        ({"bandwidth_hz": 0.1, "modes": [3]}, "modes.0", "no mode 3"),
         ({"bandwidth_hz": 0.1, "filter_damping": 0}, "filter_damping", "not positive"),
     ],
 )

@@ -74,7 +74,7 @@ def test_what_lies_behind_the_types_is_told_at_once_too(tmp_path: Path) -> None:
         "title", "arm.catalogue", "arm.damping_ratio", "controller.method", "controller.limits.tipp",
         "controller.noise.thetaa", "slew.angle_deg", "truth.modes", "requirements.gain_margin",
         "requirements.disk_margin", "variations.heavy.payload_mas",
-        "variations.heavy.mass_factor", "tests", "model.basis", "compare.bases",
+        "variations.heavy.mass_factor", "tests", "model.basis", "compare.bases.0",
     }  # fmt: skip
 
 
@@ -138,12 +138,12 @@ def test_an_arm_and_a_study_tell_all_faults_too(tmp_path: Path) -> None:
 
 
 def test_many_faults_are_counted(tmp_path: Path) -> None:
-    path = written(tmp_path, QUICK + "\n".join(f"r{k} = 1" for k in range(5000)))
+    path = written(tmp_path, QUICK + "\n".join(f"r{k} = 1" for k in range(1900)))
     with pytest.raises(FaultsError) as caught:
         read_design(path)
     *first, last = str(caught.value).split("\n")
     assert len(first) == 20
-    assert last == "and 4980 more faults"
+    assert last == "and 1880 more faults"
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
@@ -159,7 +159,7 @@ bending_stiffness = { x = [1, 0], values = [1, 1] }
         read_arm(path)
     first, second = str(caught.value).split("\n")
     assert first.startswith(f"{path}:3: arm.beam.mass_per_length: 2 stations with 1 values")
-    assert second.startswith(f"{path}:4: arm.beam.bending_stiffness.x: stations do not increase")
+    assert second.startswith(f"{path}:4: arm.beam.bending_stiffness.x.1: stations do not increase")
 
 
 def test_a_slew_is_asked_for_only_where_something_is_required_of_it(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,25 @@ def test_catalogue_arm_is_changed_where_given(tmp_path: Path) -> None:
     assert design.requirements == {"stable": True, "gain_margin_db": 6.0}
 
 
+def test_keys_of_a_part_that_are_not_given_stay(tmp_path: Path) -> None:
+    """One value of a hub or payload is changed; the others are those of the catalogue's arm."""
+    spacecraft = arms.flexible_spacecraft()
+    text = GOOD.replace("paper-beam", "flexible-spacecraft")
+    text = text.replace("hub = { inertia = 0.5 }", "hub = { friction = 0.5 }\npayload.mass = 3.0")
+    arm = read_design(written(tmp_path, text)).case.arm
+    assert arm.hub == replace(spacecraft.hub, friction=0.5)
+    assert arm.payload == replace(spacecraft.payload, mass=3.0)
+
+
+@pytest.mark.parametrize("keys", ["", ", alpha = 0.0", ", alpha = 0.0, beta = 0.0"])
+def test_a_damping_law_damps(tmp_path: Path, keys: str) -> None:
+    law = f'damping = {{ kind = "rayleigh"{keys} }}'
+    with pytest.raises(
+        InputError, match=r"design.toml:\d+: arm.damping: damps nothing; give alpha"
+    ):
+        read_design(written(tmp_path, GOOD.replace("damping_ratio = 0.01", law)))
+
+
 def test_full_description_with_stations_and_coefficients(tmp_path: Path) -> None:
     beam = """
 [arm.beam]
@@ -98,7 +118,7 @@ REFUSALS = [
     ("torque = 1 }", "voltage = 1 }", "controller.limits.voltage: the arm has no motor; add [arm.motor]"),
     ("torque = 1 }", "torque = 1, voltage = 1 }", "controller.limits: values for both torque and voltage; keep the one"),
     ("damping_ratio = 0.01", "damping_ratio = 1.5", "arm.damping_ratio: 1.5 is not in [0, 1); give"),
-    ("damping_ratio = 0.01", "damping_ratio = [0.01, -1]", "arm.damping_ratio: -1 is not in [0, 1); give"),
+    ("damping_ratio = 0.01", "damping_ratio = [0.01, -1]", "arm.damping_ratio.1: -1 is not in [0, 1); give"),
     ("damping_ratio = 0.01", "damping_ratio = []", "arm.damping_ratio: no ratio; give at least one"),
     ("damping_ratio = 0.01", 'damping_ratio = "a"', "arm.damping_ratio: 'a' is not a finite number; give a number"),
     ("hub =", "damping = { alpha = 1 }\nhub =", "arm.damping.kind: missing; add it, one of rayleigh, kelvin-voigt"),
@@ -226,7 +246,7 @@ BEAMS = [
     ("mass_per_length = -1.0", ":3: beam.mass_per_length: falls to -1 on the beam; make it"),
     ("mass_per_length = [1.0, -2.0]", ":3: beam.mass_per_length: falls to -1 on the beam; make it"),
     ("mass_per_length = []", ":3: beam.mass_per_length: no coefficients; give at least one"),
-    ('mass_per_length = ["a"]', ":3: arm.beam.mass_per_length: 'a' is not a finite number; give"),
+    ('mass_per_length = ["a"]', ":3: arm.beam.mass_per_length.0: 'a' is not a finite number; give"),
     ("mass_per_length = { x = [0, 2], values = [1, 1] }",
      ":3: beam.mass_per_length: stations run from 0 to 2 m but the beam from 0 to 1 m; make the"),
     ("mass_per_length = { x = [0, 1] }",

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from loop_examples import OBJECTIVE, TWO_SENSORS, loop_on, stable_loop, uniform_arm
 
-from slewctl import InputError, Loop, Objective, Slew, simulate_slew
+from slewctl import InputError, Loop, Objective, Slew, close, simulate_slew
 from slewctl.arm import Motor, Rayleigh
 from slewctl.loop.motion.continuous_motion import tracking_system
 from slewctl.loop.motion.slew_inputs import feedforward, rigid_readings
@@ -304,3 +304,26 @@ def test_strain_gauge_as_a_sensor() -> None:
     loop = loop_on(uniform_arm(), objective)
     response = simulate_slew(loop, settled(loop, Slew(40.0, 4.0)))
     assert response.theta[-1] == pytest.approx(np.radians(40.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("lag_s", [1e-5, 1e-6, 1e-9])
+def test_a_lag_far_faster_than_the_arm_changes_nothing(lag_s: float) -> None:
+    """The slew is that without the lag, to within the time that the lag takes."""
+    loop = stable_loop()
+    own = loop.controller.system
+    A, B, C = (np.asarray(getattr(own, name)) for name in "ABC")
+    n = len(A)
+    behind = control.StateSpace(
+        np.block([[A, np.zeros((n, 1))], [C / lag_s, np.array([[-1 / lag_s]])]]),
+        np.vstack([B, np.zeros((1, own.ninputs))]),
+        np.eye(n + 1)[-1:],
+        np.zeros((1, own.ninputs)),
+        inputs=own.input_labels,
+        outputs=own.output_labels,
+    )
+    slew = Slew(30.0, 2.0)
+    lagged = simulate_slew(close(loop.model, loop.objective, behind), slew).summary
+    plain = simulate_slew(close(loop.model, loop.objective, own), slew).summary
+    for name in ("settling_time_s", "residual_m", "peak_torque"):
+        near = pytest.approx(getattr(plain, name), rel=30 * lag_s + 1e-7)
+        assert getattr(lagged, name) == near, name

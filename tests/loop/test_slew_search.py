@@ -295,3 +295,19 @@ def test_motion_under_a_polynomial_agrees_with_fine_steps() -> None:
     found = motion.at(np.zeros(41, dtype=int), t).T
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-13)
     assert np.all(np.abs(expected).max(axis=0) <= motion.sizes()[0] * (1 + 1e-12))
+
+
+@pytest.mark.parametrize("n", [2, 5])
+def test_blocks_count_as_the_work_that_they_are(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search among modes that are not told apart ends after as much work as any other."""
+    A = np.diag(np.full(n, -1.0)) + np.diag(np.ones(n - 1), 1)
+    motion = driven(
+        decoupled(A), np.eye(n), np.ones((1, n)), np.zeros((1, n, 1)), np.zeros((1, n, 1)),
+        np.zeros(1), 10.0,
+    )  # fmt: skip
+    assert [len(block.T) for block in motion.blocks] == [n]
+    assert motion.work == pytest.approx(1 + n**2 / 16)
+    free = Free(A, np.eye(n)[-1], np.eye(n)[0])
+    monkeypatch.setattr(extremes, "_MOST", 100)
+    with pytest.raises(AccuracyError, match=f"in {int(100 / (1 + n**2 / 16))} intervals"):
+        highest(free)

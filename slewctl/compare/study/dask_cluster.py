@@ -63,8 +63,8 @@ def dask_cluster(address: str) -> Iterator[Executor]:
             yield client.get_executor()
         except distributed.KilledWorker as error:
             raise WorkerDiedError(
-                "a piece of work has killed every worker that took it",
-                where=address,
+                f"a piece of work has killed every worker of {address} that took it",
+                where="dask",
                 remedy="look for want of memory; go on with --resume: what was finished is kept",
             ) from error
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -24,6 +24,7 @@ from slewctl.errors import (
     check_choice,
     check_count,
     check_damping_ratio,
+    check_each,
     check_nonnegative,
     check_positive,
     shown,
@@ -127,18 +128,10 @@ class Grid:
         _check_size(Grid.__len__(self))  # len() itself would overflow
         for axis in self.__dataclass_fields__:
             object.__setattr__(self, axis, tuple(getattr(self, axis)))
-        for basis in self.bases:
-            check_choice(basis, SOURCES, "bases")
-        for method in self.methods:
-            check_choice(method, METHODS, "methods")
-        for n in self.orders:
-            check_count(n, "orders")
-        _numbers(self, ("hub_ratios", "payload_ratios"), check_nonnegative)
-        _numbers(self, ("damping_ratios",), check_damping_ratio)
-        _numbers(self, ("bandwidths",), check_positive)
-        object.__setattr__(self, "sensors", tuple(check_sensors(names) for names in self.sensors))
-        for axis in self.__dataclass_fields__:  # a value given twice is tried once
-            object.__setattr__(self, axis, tuple(dict.fromkeys(getattr(self, axis))))
+        for axis, check in _CHECKS.items():
+            values = check_each(getattr(self, axis), axis, check)
+            # A value given twice is tried once.
+            object.__setattr__(self, axis, tuple(dict.fromkeys(values)))
 
     def points(self) -> Iterator[Point]:
         """Yield every point, those of one setting together."""
@@ -179,21 +172,31 @@ def _check_size(points: int) -> None:
         )
 
 
-def check_sensors(names: object) -> tuple[str, ...]:
+def check_sensors(names: object, where: str = "sensors") -> tuple[str, ...]:
     """Return names of sensors; refuse those that a study cannot weigh."""
     if isinstance(names, str) or not isinstance(names, Sequence) or not names:
         raise InputError(
             f"{shown(names)} is not a list of sensors",
-            where="sensors",
+            where=where,
             remedy="give a list, such as ['theta', 'tip']",
         )
-    return tuple(check_choice(name, SENSORS, "sensors") for name in names)
+    return check_each(names, where, _one_of(SENSORS))
 
 
-def _numbers(grid: Grid, axes: Sequence[str], check: Callable[[object, str], float]) -> None:
-    for axis in axes:
-        values = tuple(check(value, axis) for value in getattr(grid, axis))
-        object.__setattr__(grid, axis, values)
+def _one_of(choices: Iterable[str]) -> Callable[[object, str], str]:
+    return lambda value, where: check_choice(value, choices, where)
+
+
+_CHECKS: dict[str, Callable[[object, str], object]] = {
+    "bases": _one_of(SOURCES),
+    "methods": _one_of(METHODS),
+    "orders": check_count,
+    "hub_ratios": check_nonnegative,
+    "payload_ratios": check_nonnegative,
+    "damping_ratios": check_damping_ratio,
+    "bandwidths": check_positive,
+    "sensors": check_sensors,
+}
 
 
 @dataclass(frozen=True)

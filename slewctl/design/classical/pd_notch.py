@@ -26,8 +26,9 @@ from slewctl.design.classical.filters import (
     rigid_arm,
     summed,
 )
+from slewctl.design.mode_numbers import check_modes
 from slewctl.design.result import Check, Controller, finished
-from slewctl.errors import DesignError, InputError, check_count, check_positive, shown
+from slewctl.errors import DesignError, InputError, check_positive, shown
 from slewctl.model import Model
 from slewctl.plant import GeneralisedPlant
 from slewctl.plant.statespace import drive
@@ -116,12 +117,11 @@ def pd_notch(
     def notches(modes: Sequence[int]) -> list[Section]:
         return [notch(model.omega[mode - 1], depth, width) for mode in modes]
 
+    automatic = chosen is None
     if chosen is None:
         chosen = _robbed_modes(plant, model, wish, notches)
     law = pd_law(rigid, wish, notches(chosen))
     system = summed(plant, [law.branch(plant)], "pd_notch")
-    placed = [f"mode {m} ({model.frequencies_hz[m - 1]:.4g} Hz)" for m in chosen]
-    shape = f", each leaving {depth:.3g} over a width of {width:.3g} of its frequency"
     return finished(
         plant,
         system,
@@ -130,11 +130,22 @@ def pd_notch(
         checks=(law.check(rigid),),
         assumptions=(
             *law.described(plant, rigid),
-            f"notches: {', '.join(placed) + shape if placed else 'none'}",
+            _said(model, chosen, automatic, f"{depth:.3g} over a width of {width:.3g}"),
             *not_used(plant, ("theta", "theta_dot")),
         ),
         seconds={"solve": perf_counter() - start},
     )
+
+
+def _said(model: Model, modes: Sequence[int], automatic: bool, shape: str) -> str:
+    """Return which modes are notched and how, in words."""
+    which = "notches"
+    if automatic:
+        which += " where the filters' lag takes more than half of a mode's own damping"
+    placed = ", ".join(f"mode {m} ({model.frequencies_hz[m - 1]:.4g} Hz)" for m in modes)
+    if placed:
+        return f"{which}: {placed}, each leaving {shape} of its frequency"
+    return f"{which}: none" + (f"; one would leave {shape} of its frequency" if automatic else "")
 
 
 @dataclass(frozen=True)
@@ -323,16 +334,3 @@ def _modes(given: object, n: int) -> tuple[int, ...] | None:
             remedy='give a list such as [1, 2], an empty one, or "auto"',
         )
     return check_modes(given, n, "notch_modes")
-
-
-def check_modes(given: Sequence[object], n: int, where: str) -> tuple[int, ...]:
-    """Return numbers of flexible modes, each once; refuse those that a model has not got."""
-    modes = tuple(dict.fromkeys(check_count(mode, where) for mode in given))
-    if modes and max(modes) > n:
-        have = "1 flexible mode" if n == 1 else f"{n} flexible modes"
-        raise InputError(
-            f"the design model has {have}, no mode {max(modes)}",
-            where=where,
-            remedy=f"name modes up to {n}, or raise model.n",
-        )
-    return modes

@@ -30,9 +30,10 @@ from slewctl.design.classical.filters import (
     rigid_arm,
     summed,
 )
-from slewctl.design.classical.pd_notch import PDWish, check_modes, pd_law
+from slewctl.design.classical.pd_notch import PDWish, pd_law
+from slewctl.design.mode_numbers import check_modes
 from slewctl.design.result import Check, Controller, finished
-from slewctl.errors import DesignError, InputError, check_choice, check_positive, shown
+from slewctl.errors import DesignError, InputError, check_choice, check_each, check_positive, shown
 from slewctl.model import Model
 from slewctl.plant import GeneralisedPlant, signal
 from slewctl.plant.statespace import drive
@@ -191,17 +192,20 @@ def _gains(given: object, count: int) -> tuple[float, ...]:
                 where="gain",
                 remedy="give one for each of modes, or a single one for all",
             )
-        gains = tuple(check_positive(value, "gain") for value in given)
-    else:
-        gains = (check_positive(given, "gain"),) * count
-    if max(gains) >= 1:
+        return check_each(given, "gain", _gain)
+    return (_gain(given, "gain"),) * count
+
+
+def _gain(given: object, where: str) -> float:
+    gain = check_positive(given, where)
+    if gain >= 1:
         raise InputError(
-            f"{max(gains):g} is not below 1",
-            where="gain",
+            f"{gain:g} is not below 1",
+            where=where,
             remedy="give the fraction of the mode's stiffness to take away, such as 0.2; "
             "at 1 nothing would be left",
         )
-    return gains
+    return gain
 
 
 def _bending(plant: GeneralisedPlant, model: Model, wanted: object) -> _Bending:

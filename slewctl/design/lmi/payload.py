@@ -36,6 +36,7 @@ from slewctl.design.result import Check, Controller, Guarantee, finished
 from slewctl.errors import (
     DesignError,
     InputError,
+    check_each,
     check_given,
     check_nonnegative,
     check_number,
@@ -225,7 +226,7 @@ def _interval(given: object, name: str, *, positive: bool = False) -> tuple[floa
         raise InputError(
             f"{shown(given)} is not an interval", where=name, remedy="give [least, largest]"
         )
-    low, high = (check_number(value, name) for value in given)
+    low, high = check_each(given, name, check_number)
     if not low <= high or low < 0 or (positive and low == 0):
         raise InputError(
             f"{shown(given)} is not an interval of {'positive' if positive else 'possible'} values",

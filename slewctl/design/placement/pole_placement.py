@@ -35,7 +35,6 @@ from slewctl.design.placement.pole_pairs import (
 from slewctl.design.placement.wishes import (
     Wanted,
     check_damped,
-    check_stable,
     explicit,
     followed,
     left_alone,
@@ -107,7 +106,7 @@ def pole_placement(
     Raises
     ------
     InputError
-        For a wish that is impossible, missing or contradicts another.
+        For a wish that is impossible, missing, contradicts another or applies to no mode.
     DesignError
         If a mode that is to be moved is not reached by the actuator or not seen by the
         sensors, or one that is left alone is undamped.
@@ -148,8 +147,7 @@ def pole_placement(
     check_damped(own, wanted)
     if observer_poles is None:
         speed = check_positive(3.0 if observer_speed is None else observer_speed, "observer_speed")
-        least = 0.1 if observer_damping is None else observer_damping
-        seen = followed(own, wanted, alone, speed, least)
+        seen = followed(own, wanted, alone, speed, observer_damping)
     else:
         _refuse_beside(
             "observer_poles", observer_speed=observer_speed, observer_damping=observer_damping
@@ -345,9 +343,7 @@ def _cannot_move(
 
 
 def _explicitly(own: Sequence[Roots], given: object, where: str, alone: frozenset[int]) -> Wanted:
-    poles = explicit(given, where)
-    check_stable(poles, where)
-    return matched(own, poles, where, alone)
+    return matched(own, explicit(given, where, stable=True), where, alone)
 
 
 def _refuse_beside(poles: str, **wishes: object) -> None:

@@ -12,6 +12,7 @@ from numbers import Complex, Real
 import numpy as np
 
 from slewctl._types import ComplexArray
+from slewctl.design.mode_numbers import check_mode, check_modes
 from slewctl.design.placement.pole_pairs import (
     LonePole,
     PolePair,
@@ -23,7 +24,7 @@ from slewctl.design.placement.pole_pairs import (
 from slewctl.errors import (
     DesignError,
     InputError,
-    check_count,
+    check_each,
     check_nonnegative,
     check_number,
     check_positive,
@@ -32,6 +33,8 @@ from slewctl.errors import (
 
 # Errors of the estimate decay faster at their own frequency up to this damping ratio.
 _OBSERVER_RATIO = 0.7
+# The observer damps a mode that the state feedback does not move at least so, unless told.
+_LEAST_RATIO = 0.1
 # A pole and the conjugate of another that differ by less, relative, belong together.
 _CONJUGATE = 1e-9
 
@@ -66,7 +69,7 @@ def wished(
         if not ratio < 1:
             raise InputError(
                 f"{mode_name(number, own)} would have a damping ratio of {ratio:.3g}",
-                where="added_damping",
+                where=_place(added_damping, number),
                 remedy=f"add less than {1 - own.ratio:.3g}"
                 if own.ratio < 1
                 else "name it in leave: it does not oscillate",
@@ -80,6 +83,12 @@ def _added(given: object, modes: int, leave: frozenset[int]) -> dict[int, float]
     where = "added_damping"
     if isinstance(given, Real) and not isinstance(given, bool):
         ratio = check_nonnegative(given, where)
+        if ratio and len(leave) == modes:
+            raise InputError(
+                "every flexible mode is left alone, so that no mode is damped",
+                where=where,
+                remedy="take one of them out of leave, or leave it out",
+            )
         return {number: ratio for number in range(1, modes + 1) if number not in leave}
     if isinstance(given, Mapping):
         named = {_mode_key(key): value for key, value in given.items()}
@@ -93,8 +102,8 @@ def _added(given: object, modes: int, leave: frozenset[int]) -> dict[int, float]
         )
     ratios = {}
     for number, value in named.items():
-        place = f"{where}.{number}"
-        _check_mode(number, modes, place)
+        place = _place(given, number)
+        check_mode(number, modes, place)
         ratios[number] = check_nonnegative(value, place)
         if ratios[number] > 0 and number in leave:
             raise InputError(
@@ -103,6 +112,13 @@ def _added(given: object, modes: int, leave: frozenset[int]) -> dict[int, float]
                 remedy="take it out of one of leave and added_damping",
             )
     return ratios
+
+
+def _place(added: object, number: int) -> str:
+    """Return where the damping of a mode is given: in a table by number, in a list from 0."""
+    if isinstance(added, Real):
+        return "added_damping"
+    return f"added_damping.{number if isinstance(added, Mapping) else number - 1}"
 
 
 def _mode_key(key: object) -> int:
@@ -114,18 +130,6 @@ def _mode_key(key: object) -> int:
             remedy='number the flexible modes from 1, as in { "1" = 0.05 }',
         )
     return int(text)
-
-
-def _check_mode(number: object, modes: int, where: str) -> int:
-    mode = check_count(number, where)
-    if mode > modes:
-        have = "1 flexible mode" if modes == 1 else f"{modes} flexible modes"
-        raise InputError(
-            f"the design model has {have}, no mode {mode}",
-            where=where,
-            remedy=f"name modes up to {modes}, or raise model.n",
-        )
-    return mode
 
 
 def left_alone(given: object, modes: int) -> frozenset[int]:
@@ -143,10 +147,10 @@ def left_alone(given: object, modes: int) -> frozenset[int]:
     if 0 in given:
         raise InputError(
             "0 would be the rigid-body rotation, which cannot be left to drift",
-            where="leave",
+            where=f"leave.{given.index(0)}",
             remedy="number the flexible modes from 1",
         )
-    return frozenset(_check_mode(number, modes, "leave") for number in given)
+    return frozenset(check_modes(given, modes, "leave"))
 
 
 def check_damped(pairs: Sequence[Roots], wanted: Mapping[int, Roots]) -> None:
@@ -160,13 +164,14 @@ def check_damped(pairs: Sequence[Roots], wanted: Mapping[int, Roots]) -> None:
             )
 
 
-def explicit(given: object, where: str) -> ComplexArray:
+def explicit(given: object, where: str, *, stable: bool = False) -> ComplexArray:
     """Return a list of poles: real numbers, complex ones or pairs [re, im], in rad/s.
 
     Raises
     ------
     InputError
-        If it is no such list, or a complex pole comes without its conjugate.
+        If it is no such list, a complex pole comes without its conjugate, or one that is to be
+        stable is not left of the imaginary axis.
     """
     if isinstance(given, np.ndarray):
         given = given.tolist()
@@ -176,8 +181,8 @@ def explicit(given: object, where: str) -> ComplexArray:
             where=where,
             remedy="give one in rad/s, as in [-3.0, [-2.0, 2.0], [-2.0, -2.0]]",
         )
-    poles = np.array([_pole(value, where) for value in given], dtype=complex)
-    return _conjugate(poles, where)
+    poles = check_each(given, where, _stable_pole if stable else _pole)
+    return _conjugate(np.array(poles, dtype=complex), where)
 
 
 def _pole(value: object, where: str) -> complex:
@@ -193,6 +198,17 @@ def _pole(value: object, where: str) -> complex:
     )
 
 
+def _stable_pole(value: object, where: str) -> complex:
+    pole = _pole(value, where)
+    if not pole.real < 0:
+        raise InputError(
+            f"the pole {pole.real:g}{pole.imag:+g}j is not left of the imaginary axis",
+            where=where,
+            remedy="give poles with a negative real part",
+        )
+    return pole
+
+
 def _conjugate(poles: ComplexArray, where: str) -> ComplexArray:
     """Return poles with each complex one followed by exactly its conjugate."""
     result = [pole for pole in poles if pole.imag == 0]
@@ -200,20 +216,20 @@ def _conjugate(poles: ComplexArray, where: str) -> ComplexArray:
     for pole in (p for p in poles if p.imag > 0):
         distance = [abs(other.conjugate() - pole) for other in lower]
         if not distance or min(distance) > _CONJUGATE * abs(pole):
-            raise _without_conjugate(pole, where)
+            raise _without_conjugate(pole, poles, where)
         other = lower.pop(int(np.argmin(distance)))
         pole = (pole + other.conjugate()) / 2
         result += [pole, pole.conjugate()]
     if lower:
-        raise _without_conjugate(lower[0], where)
+        raise _without_conjugate(lower[0], poles, where)
     return np.array(result, dtype=complex)
 
 
-def _without_conjugate(pole: complex, where: str) -> InputError:
+def _without_conjugate(pole: complex, poles: ComplexArray, where: str) -> InputError:
     conjugate = f"[{pole.real:g}, {-pole.imag:g}]"
     return InputError(
         f"the pole {pole.real:g}{pole.imag:+g}j comes without its conjugate",
-        where=where,
+        where=f"{where}.{int(np.argmax(poles == pole))}",
         remedy=f"add {conjugate}: a real gain makes both or neither",
     )
 
@@ -298,7 +314,7 @@ def followed(
     wanted: Mapping[int, Roots],
     alone: frozenset[int],
     speed: float,
-    damping: object,
+    damping: object | None,
 ) -> Wanted:
     """Return the pairs wanted of an observer for a state feedback with the pairs `wanted`.
 
@@ -310,27 +326,30 @@ def followed(
         Modes that the observer leaves alone too.
     speed : float
         See `faster`.
-    damping : object
-        Least damping ratio for the modes that the state feedback does not move.
+    damping : object, optional
+        Least damping ratio for the modes that the state feedback does not move, by default a
+        tenth.
+
+    Raises
+    ------
+    InputError
+        If it is no damping ratio, or given where there is no such mode.
     """
-    least = check_nonnegative(damping, "observer_damping")
+    least = check_nonnegative(_LEAST_RATIO if damping is None else damping, "observer_damping")
     if least >= 1:
         raise InputError(
             f"{least:g} is not below 1", where="observer_damping", remedy="give one such as 0.1"
         )
     pairs = {number: faster(pair, speed) for number, pair in wanted.items()}
-    for number, pair in enumerate(own):
-        if number not in pairs and number not in alone and pair.ratio < least:
+    unmoved = [number for number in range(len(own)) if number not in {*pairs, *alone}]
+    if damping is not None and not unmoved:
+        raise InputError(
+            "there is no mode that the state feedback does not move and leave does not name",
+            where="observer_damping",
+            remedy="leave it out",
+        )
+    for number in unmoved:
+        pair = own[number]
+        if pair.ratio < least:
             pairs[number] = PolePair.mode(pair.frequency, least)
     return pairs
-
-
-def check_stable(poles: ComplexArray, where: str) -> None:
-    """Refuse a wanted pole that is not left of the imaginary axis."""
-    for pole in poles:
-        if not pole.real < 0:
-            raise InputError(
-                f"the pole {pole.real:g}{pole.imag:+g}j is not left of the imaginary axis",
-                where=where,
-                remedy="give poles with a negative real part",
-            )

@@ -85,7 +85,8 @@ def lqg(
     """
     check_plant(plant, "design", sampled=True)
     if plant.sample_time:
-        _refuse_options(integral_limit=integral_limit, sample_time=sample_time, delay=delay)
+        own = check_nonnegative(delay, "delay") or None
+        _refuse_options(integral_limit=integral_limit, sample_time=sample_time, delay=own)
         return sampled_plant_lqg(plant)
     if integral_limit is not None:
         check_positive(integral_limit, "integral_limit")
@@ -105,7 +106,7 @@ def lqg(
 def _refuse_options(**given: float | None) -> None:
     """Refuse options that have no meaning for a plant that is sampled already."""
     for name, value in given.items():
-        if value:
+        if value is not None:
             raise InputError(
                 "the plant is sampled already, with a clock of its own",
                 where=name,

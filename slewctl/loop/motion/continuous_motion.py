@@ -73,7 +73,7 @@ class ContinuousMotion:
             raise AccuracyError(
                 f"what a slew of {T:g} s leaves behind is lost in the rounding of what moves it",
                 where="slew.duration_s",
-                remedy="give the time in seconds; no arm follows a step",
+                remedy="give the time in seconds, and leave out lags far faster than the arm",
             )
 
     def resting(

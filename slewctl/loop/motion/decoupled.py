@@ -17,7 +17,9 @@ from scipy.linalg import schur, solve_sylvester
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError
-from slewctl.numerics.modes import Eigensystem, linked, near
+from slewctl.loop.motion.eigenpairs import Pairs, scale_of_the_slow
+from slewctl.numerics.balance import balance
+from slewctl.numerics.modes import linked, near
 from slewctl.numerics.ordered_schur import nearest_of, ordered_complex_schur
 
 # Largest condition numbers of an eigenvalue that stands alone: if too much is lost with one
@@ -93,23 +95,66 @@ def decoupled(A: Array, lasting: Lasting | None = None) -> Decoupled:
     AccuracyError
         If rounding hides more than 1e-6 of the motion of the parts.
     """
-    found = Eigensystem.of(A)
-    balanced, values, right = found.balanced, found.poles, found.right
-    meeting = np.abs(found.meeting)
+    scale, last = balance(A), lasting or _damped
+    balanced = A / scale[:, None] * scale
+    pairs = Pairs.of(balanced)
+    found = _alone(balanced, scale, pairs, last) or _alone_beside_the_fast(
+        balanced, scale, pairs, last
+    )
+    if found:
+        return found
     for limit in _ALONE:
         # Larger blocks only when no more can be taken out of those that stand alone.
         tried = None if limit == _ALONE[-1] else 1
-        for free, blocks in islice(_parted(balanced, values, meeting > 1 / limit), tried):
-            parts = [(np.diag(values[free]), right[:, free]), *blocks]
-            back = np.hstack([columns for _, columns in parts])
-            there = np.asarray(np.linalg.inv(back), dtype=complex)
-            if _lost(balanced, parts, there, lasting or _damped) < _LOST:
-                return _scaled(parts, there, found.scale)
+        parted = _parted(balanced, pairs.values, pairs.condition < limit)
+        for free, blocks in islice(parted, tried):
+            if found := _apart(balanced, scale, pairs, free, blocks, last):
+                return found
     raise AccuracyError(
         "the modes of the loop cannot be told apart to working precision",
         where="slew",
         remedy="give the controller in better conditioned coordinates",
     )
+
+
+def _alone(A: Array, scale: Array, pairs: Pairs, lasting: Lasting) -> Decoupled | None:
+    """Return the parts of a balanced matrix if every eigenvalue stands alone."""
+    every = pairs.condition < _ALONE[0]
+    return _apart(A, scale, pairs, every, [], lasting) if every.all() else None
+
+
+def _alone_beside_the_fast(
+    A: Array, scale: Array, pairs: Pairs, lasting: Lasting
+) -> Decoupled | None:
+    """Return the same in scales and with eigenpairs that a far faster part does not spoil.
+
+    A lag of 1e-6 s beside modes of seconds makes all that is slow ill-conditioned in the
+    scales that balance its row and column, and eigenvalue solvers err by what is rounding to
+    the largest entry.
+    """
+    own = scale_of_the_slow(A, pairs.values)
+    if own is None:
+        return None
+    A = A / own[:, None] * own
+    try:
+        pairs = pairs.scaled(own).refined(A)
+    except (ArithmeticError, np.linalg.LinAlgError):
+        return None
+    return _alone(A, scale * own, pairs, lasting)
+
+
+def _apart(
+    A: Array,
+    scale: Array,
+    pairs: Pairs,
+    free: BoolArray,
+    blocks: list[Part],
+    lasting: Lasting,
+) -> Decoupled | None:
+    """Return the parts of a balanced matrix, None if too much of the motion is not theirs."""
+    parts = [(np.diag(pairs.values[free]), pairs.right[:, free]), *blocks]
+    there = np.linalg.inv(np.hstack([columns for _, columns in parts])).astype(complex)
+    return _scaled(parts, there, scale) if _lost(A, parts, there, lasting) < _LOST else None
 
 
 def _damped(values: ComplexArray) -> Array:

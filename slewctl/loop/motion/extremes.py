@@ -138,7 +138,7 @@ class Search:
     """A search for extremes that counts its work."""
 
     def __init__(self) -> None:
-        self._left = _MOST
+        self._left = float(_MOST)
 
     def highest(self, moved: SlewMotion, sought: Sought) -> Array:
         """Return the suprema of the measures over all times."""
@@ -199,12 +199,16 @@ class Search:
         return float(latest)
 
     def _seen(self, motion: Motion, at: _Intervals, sought: Sought) -> Seen:
-        self._left -= len(at.left)
+        self._left -= len(at.left) * motion.work
         if self._left < 0:
             raise AccuracyError(
-                f"the extremes of the slew are not found in {_MOST} intervals of time",
+                f"the extremes of the slew are not found in {int(_MOST / motion.work)} intervals "
+                "of time",
                 where="slew",
-                remedy="the motion oscillates too often before it is at rest; damp it more",
+                remedy="the motion oscillates too often before it is at rest; damp it more"
+                if motion.work < 2
+                else "weights this far apart make a loop whose modes are not told apart; bring "
+                "limits and noises closer together",
             )
         half, signal = at.width / 2, sought.signal[at.which]
         seen = []
