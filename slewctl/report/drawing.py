@@ -90,7 +90,8 @@ def svg(fig: Figure, name: str, description: str) -> str:
     """
     out = io.StringIO()
     with mpl.rc_context(_SETTINGS):
-        fig.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+        # `Figure.savefig` draws twice, once to lay it out, which drawing does itself.
+        FigureCanvasSVG(fig).print_svg(out, metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     text = text[text.index("<svg") :]
     text = compact(text, name).replace(_INK, "currentColor").replace(_FAINT, "currentColor")

@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import pytest
 from command_line import slewctl
+from heed_signals import heed_signals
 from quick_design import QUICK
 
 COMMANDS = [["check"], ["ladder"], ["modes", "-n", "2"], ["compare", "--out", "out"]]
@@ -258,8 +259,7 @@ def test_ctrl_c_ends_in_one_line_at_any_moment(after: float) -> None:
     """As soon as the interpreter itself has started."""
     ready = [sys.executable, "-c", COMMAND, "paper", "--out", "out"]
     process = subprocess.Popen(
-        ready, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        ready, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heed_signals
     )  # fmt: skip
     assert process.stdout is not None
     process.stdout.readline()
@@ -270,3 +270,35 @@ def test_ctrl_c_ends_in_one_line_at_any_moment(after: float) -> None:
     assert err.startswith("slewctl: interrupted")
     assert err.count("\n") == 1
     assert not Path("out").exists()
+
+
+# Where Python lets no exception out, but prints it and goes on.
+NOWHERE = {
+    "weak reference": "found = weakref.ref(item := Item(), stop); del item",
+    "finaliser": "Item.__del__ = stop; Item()",
+    "callback of C": "ctypes.CFUNCTYPE(None)(stop)()",
+    "collector": "gc.callbacks.append(stop); gc.collect(); gc.callbacks.clear()",
+}
+STOPPED = """
+import ctypes, gc, os, signal, sys, time, weakref
+sys.argv[0] = "bin/slewctl"
+import slewctl.cli
+class Item: pass
+def stop(*_): os.kill(os.getpid(), signal.SIGINT)
+def run():
+    {}
+    time.sleep(60)
+slewctl.cli._run = run
+slewctl.cli.main()
+"""
+
+
+@UNIX
+@pytest.mark.parametrize("place", NOWHERE)
+def test_ctrl_c_ends_in_one_line_at_any_place(place: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", STOPPED.format(NOWHERE[place])],
+        capture_output=True, text=True, timeout=50, check=False, preexec_fn=heed_signals,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "slewctl: interrupted; no file was half-written\n"
