@@ -8,8 +8,10 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from slewctl.escape import visible
 from slewctl.report.compact import compact
@@ -102,6 +104,13 @@ def svg(fig: Figure, name: str, description: str) -> str:
 def legend(ax: Axes, **placing: Any) -> None:
     """Draw a small legend without a box, which would hide the page's ground."""
     ax.legend(fontsize=8, frameon=False, labelcolor=_INK, **placing)
+
+
+def plain_labels(*axes: Axis) -> None:
+    """Label the decades of logarithmic axes as 0.01, 1, 100 ...: powers take long to set."""
+    for axis in axes:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def style(source: str, position: int = 0) -> dict[str, Any]:
