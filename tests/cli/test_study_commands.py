@@ -305,7 +305,7 @@ def scheduler(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
         "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)
     ) as process:
         deadline = time.monotonic() + 60
-        while not file.exists():
+        while not (file.exists() and file.read_text().endswith("}")):  # it may be half-written
             assert time.monotonic() < deadline
             time.sleep(0.1)
         yield process, json.loads(file.read_text())["address"]
