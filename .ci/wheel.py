@@ -41,7 +41,7 @@ def main() -> None:
             sys.exit(f"the wheel lacks {sorted(missing)}")
         venv.create(place / "venv", with_pip=True)
         scripts = place / "venv" / ("Scripts" if os.name == "nt" else "bin")
-        run(scripts / "python", "-m", "pip", "install", "--quiet", wheel)
+        run(scripts / "python", "-m", "pip", "install", "--quiet", "--no-compile", wheel)
         shutil.copy(ROOT / "designs" / "01-paper-beam.toml", place)
         run(scripts / "slewctl", "--help", where=place)
         run(scripts / "slewctl", "check", "01-paper-beam.toml", where=place)

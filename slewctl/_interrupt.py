@@ -1,15 +1,26 @@
-"""The command line while its packages are still loading, which takes a second: Ctrl-C ends it.
+"""Ctrl-C ends the command line, whatever it comes into: one line, and nothing is printed beside it.
+
+While the packages are still loading, which takes a second, an exception hook says the line.
+Later too an interruption may come into a function from which Python lets no exception out, such
+as a callback of a weak reference (every import has one), of ctypes, or a ``__del__``: Python would
+print a traceback there and go on as if nothing had happened.  Such an interruption is raised again.
 
 Loaded first of all.  In a program that only imports slewctl it does nothing.
 """
 
 from __future__ import annotations
 
+import _thread
 import os
+import signal
 import sys
+import threading
 from types import TracebackType
+from typing import NoReturn
 
 _INTERRUPTED = 130
+# Seconds until an interruption that went nowhere is raised again, elsewhere.
+_LATER = 0.01
 
 
 def _is_command() -> bool:
@@ -24,6 +35,10 @@ def _end(kind: type[BaseException], error: BaseException, trace: TracebackType |
     if not issubclass(kind, KeyboardInterrupt):
         sys.__excepthook__(kind, error, trace)
         return
+    _stop()
+
+
+def _stop() -> NoReturn:
     try:
         sys.stderr.write("slewctl: interrupted\n")
         sys.stderr.flush()
@@ -31,5 +46,33 @@ def _end(kind: type[BaseException], error: BaseException, trace: TracebackType |
         os._exit(_INTERRUPTED)
 
 
+def _again(caught: sys.UnraisableHookArgs) -> None:
+    """Raise an interruption once more that came where it could not end anything."""
+    error = caught.exc_value
+    if not isinstance(error, KeyboardInterrupt):
+        sys.__unraisablehook__(caught)
+        return
+    if sys.is_finalizing():  # Python itself ends, and nothing is raised any more
+        _stop()
+
+    def raising(_: int, __: object) -> None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one must not disturb the end
+        raise error
+
+    signal.signal(signal.SIGINT, raising)
+    later = threading.Timer(_LATER, _interrupt_main)
+    later.daemon = True
+    later.start()
+
+
+def _interrupt_main() -> None:
+    """Interrupt the main thread, even where it only waits."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:
+        _thread.interrupt_main()
+
+
 if _is_command():
     sys.excepthook = _end
+    sys.unraisablehook = _again

@@ -35,6 +35,7 @@ from slewctl._types import Array
 from slewctl.errors import InputError, check_count, check_nonnegative
 
 _SERIES_BELOW = 1.0
+_LEAST_ROOTS = 8
 _LARGEST = 1e50  # products of three ratios stay finite
 
 
@@ -107,7 +108,9 @@ def hub_matched_roots(n: int, ratios: Ratios) -> Array:
     InputError
         If n < 1.
     """
-    return _roots(check_count(n, "n"), ratios)
+    # The bases are nested: those of few functions share what is found at once.
+    shared = max(_LEAST_ROOTS, 1 << (check_count(n, "n") - 1).bit_length())
+    return _roots(shared, ratios)[:n]
 
 
 @lru_cache(maxsize=128)
@@ -178,21 +181,20 @@ def _homogeneous(ratio: float, power: Array) -> tuple[Array, Array]:
 
 def _products(z: Array) -> tuple[Array, list[Array]]:
     """Return 1 and G_0 … G_4 at z, divided by e^z where z is not small."""
-    small = np.minimum(z, _SERIES_BELOW)
     large = np.maximum(z, _SERIES_BELOW)
     sine, cosine = np.sin(large), np.cos(large)
     decay = np.exp(-large)
     sinh, cosh = (1 - decay**2) / 2, (1 + decay**2) / 2
-    closed = [
+    G = [
         cosine * cosh,
         (cosine * sinh + sine * cosh) / 2,
         sine * sinh / 2,
         (sine * cosh - cosine * sinh) / 4,
         (decay - cosine * cosh) / 4,
     ]
-    use_series = z < _SERIES_BELOW
-    G = [
-        np.where(use_series, power_series(small, j, -4.0), values)
-        for j, values in enumerate(closed)
-    ]
-    return np.where(use_series, 1.0, decay), G
+    small = z < _SERIES_BELOW
+    if np.any(small):
+        for j, values in enumerate(G):
+            values[small] = power_series(z[small], j, -4.0)
+        decay[small] = 1.0
+    return decay, G

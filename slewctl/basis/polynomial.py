@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -110,14 +110,9 @@ class Polynomial(Basis):
         return np.asarray((self._norms[:, :, None] * own).reshape(-1, columns)[: self.n])
 
     @cached_property
-    def _bounds(self) -> Array:
-        """Edges of the panels, with both ends."""
-        return np.array([0.0, *self.edges, 1.0])
-
-    @cached_property
     def _halves(self) -> Array:
         """Half the width of each panel."""
-        return np.asarray(np.diff(self._bounds) / 2)
+        return np.asarray(np.diff([0.0, *self.edges, 1.0]) / 2)
 
     @property
     def _terms(self) -> int:
@@ -131,24 +126,9 @@ class Polynomial(Basis):
         return np.asarray(np.sqrt((2 * degrees + 1) / (2 * self._halves)))
 
     def _placed(self, xi: Array, derivative: int) -> _Placed:
-        """Return the points by panel.
-
-        An edge point belongs to the panel on its right, the tip to the last one.
-        """
-        bounds, half = self._bounds, self._halves
-        panel = np.clip(np.searchsorted(bounds, xi, side="right") - 1, 0, len(half) - 1)
-        local = np.clip((xi - (bounds[panel] + bounds[panel + 1]) / 2) / half[panel], -1.0, 1.0)
-        zero, one = np.zeros_like(local), np.ones_like(local)
-        inherited = ([one, local + 1], [zero, 1 / half[panel]], [zero, zero])[derivative]
-        own = _local_shapes(local, self._terms, derivative)
-        shapes = np.hstack([own, np.transpose(inherited)])
-        panels, row, counts = np.unique(panel, return_inverse=True, return_counts=True)
-        order = np.argsort(panel, kind="stable")
-        column = np.empty_like(order)
-        column[order] = np.arange(len(xi)) - np.repeat(np.cumsum(counts) - counts, counts)
-        stacked = np.zeros((len(panels), counts.max(initial=0), shapes.shape[1]))
-        stacked[row, column] = shapes
-        return _Placed(panels, (row, column), stacked)
+        """Return the points by panel; the same few are asked for again and again."""
+        points = np.ascontiguousarray(xi, dtype=float).tobytes()
+        return _placed(points, self.edges, self._terms, derivative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,6 +149,30 @@ class _Placed:
     panels: IntArray
     index: tuple[IntArray, IntArray]
     shapes: Array
+
+
+@lru_cache(maxsize=64)
+def _placed(points: bytes, edges: tuple[float, ...], terms: int, derivative: int) -> _Placed:
+    """Return points by panel, with the shapes of degree below `terms`.
+
+    An edge point belongs to the panel on its right, the tip to the last one.
+    """
+    xi, bounds = np.frombuffer(points), np.array([0.0, *edges, 1.0])
+    half = np.diff(bounds) / 2
+    panel = np.clip(np.searchsorted(bounds, xi, side="right") - 1, 0, len(half) - 1)
+    local = np.clip((xi - (bounds[panel] + bounds[panel + 1]) / 2) / half[panel], -1.0, 1.0)
+    zero, one = np.zeros_like(local), np.ones_like(local)
+    inherited = ([one, local + 1], [zero, 1 / half[panel]], [zero, zero])[derivative]
+    own = _local_shapes(local, terms, derivative)
+    shapes = np.hstack([own, np.transpose(inherited)])
+    panels, row, counts = np.unique(panel, return_inverse=True, return_counts=True)
+    order = np.argsort(panel, kind="stable")
+    column = np.empty_like(order)
+    column[order] = np.arange(len(xi)) - np.repeat(np.cumsum(counts) - counts, counts)
+    stacked = np.zeros((len(panels), counts.max(initial=0), shapes.shape[1]))
+    stacked[row, column] = shapes
+    stacked.flags.writeable = False
+    return _Placed(panels, (row, column), stacked)
 
 
 def _before(steps: Array) -> Array:

@@ -72,6 +72,7 @@ def _gauss(points: int) -> tuple[Array, Array]:
     return x.astype(float), (2 / ((1 - x**2) * slope**2)).astype(float)
 
 
+@lru_cache(maxsize=64)  # all arms and bases without inner points of their own share a few
 def composite(breakpoints: tuple[float, ...], exponent: float, degree: int) -> Rule:
     """Return the rule on [0, 1] that respects `breakpoints`.
 
@@ -93,6 +94,8 @@ def composite(breakpoints: tuple[float, ...], exponent: float, degree: int) -> R
         at = first[panels, None] + np.arange(points)
         xi[at] = middle[panels, None] + half[panels, None] * nodes
         weights[at] = half[panels, None] * w
+    for shared in (xi, weights):
+        shared.flags.writeable = False
     return Rule(xi, weights)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from slewctl.compare import CaseResult, Evaluation, LoopCurves, Rung
-from slewctl.report.drawing import ALARM, INK, figure, legend, style, svg
+from slewctl.report.drawing import ALARM, INK, figure, legend, plain_labels, style, svg
 
 # Less than a hundredth of a percent lost is drawn as that.
 _LEAST_LOSS = 1e-4
@@ -92,6 +92,7 @@ def poles_figure(result: CaseResult, name: str) -> str:
         ax.plot(hertz[bad], decay[bad], "*", color=ALARM, markersize=13)
     ax.set_xscale("log")
     ax.set_yscale("symlog", linthresh=linear)
+    plain_labels(ax.xaxis, ax.yaxis)
     low, high = ax.get_ylim()
     low = min(low, -linear)
     ax.axhspan(low, 0, color=ALARM, alpha=0.12, lw=0)
@@ -111,6 +112,7 @@ def bode_figure(result: CaseResult, name: str) -> str:
         phase.plot(curve.frequency_hz, curve.phase_deg, lw=1.1, **looks)
     gain.axhline(0, color=INK, lw=0.9)
     gain.set_xscale("log")
+    plain_labels(gain.xaxis)
     gain.set_ylim(bottom=max(-100, gain.get_ylim()[0]))
     gain.set_ylabel("|L| (dB)")
     legend(gain)

@@ -8,8 +8,10 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from slewctl.escape import visible
 from slewctl.report.compact import compact
@@ -90,7 +92,8 @@ def svg(fig: Figure, name: str, description: str) -> str:
     """
     out = io.StringIO()
     with mpl.rc_context(_SETTINGS):
-        fig.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+        # `Figure.savefig` draws twice, once to lay it out, which drawing does itself.
+        FigureCanvasSVG(fig).print_svg(out, metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     text = text[text.index("<svg") :]
     text = compact(text, name).replace(_INK, "currentColor").replace(_FAINT, "currentColor")
@@ -101,6 +104,13 @@ def svg(fig: Figure, name: str, description: str) -> str:
 def legend(ax: Axes, **placing: Any) -> None:
     """Draw a small legend without a box, which would hide the page's ground."""
     ax.legend(fontsize=8, frameon=False, labelcolor=_INK, **placing)
+
+
+def plain_labels(*axes: Axis) -> None:
+    """Label the decades of logarithmic axes as 0.01, 1, 100 ...: powers take long to set."""
+    for axis in axes:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def style(source: str, position: int = 0) -> dict[str, Any]:

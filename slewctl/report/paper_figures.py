@@ -13,7 +13,7 @@ from slewctl.paper import (
     IntegratorFinding,
     ShapeFigure,
 )
-from slewctl.report.drawing import ALARM, INK, figure, legend, style, svg
+from slewctl.report.drawing import ALARM, INK, figure, legend, plain_labels, style, svg
 
 _FUNCTION_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 _FUNCTION_STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1)))
@@ -109,6 +109,7 @@ def hub_figure(finding: HubFinding) -> str:
     error.set_ylabel("worst frequency error")
     legend(error)
     loss.set_yscale("log")
+    plain_labels(error.xaxis, error.yaxis, loss.yaxis)
     loss.set_ylabel("H2 loss of an LQG design")
     loss.set_xlabel("hub inertia / beam inertia (squares at the left: no hub)")
     return svg(fig, "hub", "Frequency error and H2 loss against the hub's inertia")
@@ -137,6 +138,7 @@ def conditioning_figure(finding: ConditioningFinding) -> str:
             _attempts(ax, finding, ratio, basis, form, shift)
         ax.set_yscale("log")
         ax.set_ylim(3e-13, 30)
+        plain_labels(ax.yaxis)
         ax.axhline(1e-6, color=INK, lw=0.8)
         name = "Riccati" if form == "riccati" else form
         ax.set_title(f"{name} form, {f'J_h = {ratio:g} J_beam' if ratio else 'no hub'}")

@@ -227,9 +227,10 @@ def test_brackets_in_names_are_no_markup(design: Path, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_reports_do_not_depend_on_the_number_of_threads(design: Path, tmp_path: Path) -> None:
-    for threads in ("1", "2"):
-        environment = {**os.environ, "OMP_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": threads}
-        command = [sys.executable, "-m", "slewctl", "compare", design, "--out", tmp_path / threads]
-        subprocess.run(command, env=environment, check=True, capture_output=True)
+    """Neither in this process, where BLAS has one, nor in one that is told to have two."""
+    assert slewctl("compare", design, "--out", tmp_path / "1").returncode == 0
+    environment = {**os.environ, "OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "2"}
+    command = [sys.executable, "-m", "slewctl", "compare", design, "--out", tmp_path / "2"]
+    subprocess.run(command, env=environment, check=True, capture_output=True)
     for path in (tmp_path / "1").iterdir():
         assert path.read_bytes() == (tmp_path / "2" / path.name).read_bytes(), path.name

@@ -7,6 +7,7 @@ every line of an error, nothing written beside ``--out``, and reports that can b
 from __future__ import annotations
 
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -18,7 +19,7 @@ from hypothesis import strategies as st
 from mutated_files import QUICK, STUDY, mutated, small_designs, toml
 
 from slewctl.compare import judgement
-from slewctl.compare.study import recommend
+from slewctl.compare.study import recommend, sweep
 
 DESIGNS = small_designs()
 
@@ -102,7 +103,9 @@ def test_recommend_bears_any_file(text: str) -> None:
 @given(studies)
 @fuzz(20)
 def test_study_bears_any_file(text: str) -> None:
-    stands("study", text)
+    # Processes would take longer to start than to work.
+    with patch.object(sweep, "Processes", ThreadPoolExecutor):
+        stands("study", text)
 
 
 @pytest.mark.slow

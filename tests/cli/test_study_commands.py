@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import gettempdir
@@ -19,6 +20,7 @@ import pyarrow.parquet
 import pytest
 from command_line import slewctl
 from heed_signals import heed_signals
+from held_study import GO_ON, LINES, RESULTS
 
 STUDY = """\
 title = "Two bases"
@@ -44,12 +46,19 @@ def study(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture
+def in_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a study that the command runs in this process work in threads: none has to start."""
+    monkeypatch.setattr("slewctl.compare.study.sweep.Processes", ThreadPoolExecutor)
+
+
 def files(folder: Path) -> dict[str, bytes]:
     """Return the files of a report, but for the results as they came."""
     return {p.name: p.read_bytes() for p in folder.iterdir() if p.suffix != ".jsonl"}
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_threads")
 def test_study_answers_and_goes_on_where_it_was(study: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = slewctl("study", study, "--out", out, "--workers", "1", "--parquet")
@@ -118,23 +127,34 @@ def test_parquet_is_refused_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
+HELD = "import sys; sys.argv[0] = 'bin/slewctl'; from held_study import run; run()"
+
+
 class Running:
-    """A study in a process of its own, which leads a group as that of a terminal does."""
+    """A study in a process of its own, which leads a group as that of a terminal does.
+
+    It stands still when its results have so many lines, the first of which is their head.
+    """
 
     def __init__(
-        self, study: Path, out: Path, *options: str, stderr: int = subprocess.PIPE
+        self, study: Path, out: Path, *options: str, lines: int, stderr: int = subprocess.PIPE
     ) -> None:
-        command = [sys.executable, "-m", "slewctl", "study", str(study), "--out", str(out)]
+        self.results, self.lines = out / "results.jsonl", lines
         self.process = subprocess.Popen(
-            [*command, *options], stderr=stderr, start_new_session=True, preexec_fn=heed_signals
-        )
-        self.results = out / "results.jsonl"
+            [sys.executable, "-c", HELD,
+             "study", str(study), "--out", str(out), *options],
+            stderr=stderr, start_new_session=True, preexec_fn=heed_signals,
+            env={**os.environ, RESULTS: str(self.results), LINES: str(lines),
+                 "PYTHONPATH": os.pathsep.join((str(Path(__file__).parent), *sys.path))},
+        )  # fmt: skip
 
-    def wait_for(self, lines: int) -> None:
+    def wait(self) -> None:
+        """Wait for the lines."""
         deadline = time.monotonic() + 120
-        while not (self.results.exists() and self.results.read_bytes().count(b"\n") >= lines):
+        while not (self.results.exists() and self.results.read_bytes().count(b"\n") >= self.lines):
             assert time.monotonic() < deadline
-            time.sleep(0.01)
+            assert self.process.poll() is None
+            time.sleep(0.02)
 
     def end(self, number: int) -> str:
         """Return what the study says when a signal ends it, and every process of it."""
@@ -147,14 +167,17 @@ class Running:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_threads")
 def test_an_ended_study_says_how_to_go_on_and_ends_the_same(study: Path, tmp_path: Path) -> None:
-    study.write_text(STUDY.replace("[1, 2]", "[1, 2, 3]").replace("[0.0, 1.0]", "[0.0, 0.3, 1.0]"))
     out, whole = tmp_path / "out", tmp_path / "whole"
     lines = 1
-    for number, options in ((signal.SIGINT, ()), (signal.SIGTERM, ("--resume",)),
-                            (signal.SIGKILL, ("--resume",))):  # fmt: skip
-        running = Running(study, out, *options)
-        running.wait_for(lines + 2)
+    for number, options in (
+        (signal.SIGINT, ["--workers", "2"]),
+        (signal.SIGTERM, ["--workers", "1", "--resume"]),
+        (signal.SIGKILL, ["--workers", "1", "--resume"]),
+    ):
+        running = Running(study, out, *options, lines=lines + 2)
+        running.wait()
         told = running.end(number)
         assert "Traceback" not in told
         if number != signal.SIGKILL:
@@ -165,7 +188,7 @@ def test_an_ended_study_says_how_to_go_on_and_ends_the_same(study: Path, tmp_pat
             )
         assert not (out / "index.html").exists()
         before, lines = lines, running.results.read_bytes().count(b"\n")
-        assert lines >= before
+        assert lines >= before + 2
     assert slewctl("study", study, "--out", out, "--resume").returncode == 0
     assert slewctl("study", study, "--out", whole).returncode == 0
     assert files(out) == files(whole)
@@ -176,8 +199,9 @@ def test_an_ended_study_says_how_to_go_on_and_ends_the_same(study: Path, tmp_pat
 def test_an_interruption_while_workers_start_is_one_line(
     study: Path, tmp_path: Path, delay: float
 ) -> None:
-    running = Running(study, tmp_path / "out")
-    running.wait_for(1)
+    """Or while they have work: no delay is too long, or the one that a machine needs."""
+    running = Running(study, tmp_path / "out", "--workers", "1", lines=1)
+    running.wait()
     time.sleep(delay)
     assert running.end(signal.SIGINT).count("\n") == 1
     assert running.process.returncode == 130
@@ -187,8 +211,8 @@ def test_an_interruption_while_workers_start_is_one_line(
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
 def test_a_full_standard_error_does_not_change_the_status(study: Path, tmp_path: Path) -> None:
     with open("/dev/full", "wb") as full:
-        running = Running(study, tmp_path / "out", stderr=full.fileno())
-        running.wait_for(1)
+        running = Running(study, tmp_path / "out", "--workers", "1", lines=1, stderr=full.fileno())
+        running.wait()
         running.end(signal.SIGTERM)
     assert running.process.returncode == 128 + signal.SIGTERM
 
@@ -211,9 +235,10 @@ def test_a_study_of_too_many_designs_is_refused_at_once(study: Path, tmp_path: P
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_threads")
 def test_a_dask_cluster_makes_the_same_report(study: Path, tmp_path: Path) -> None:
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        n_workers=1, threads_per_worker=2, processes=True, dashboard_address=None
     ) as cluster:
         done = slewctl("study", study, "--out", tmp_path / "d", "--dask", cluster.scheduler_address)
         assert done.returncode == 0, done.stderr
@@ -256,12 +281,13 @@ def test_workers_of_a_cluster_are_not_counted_here(study: Path, tmp_path: Path) 
 
 @contextmanager
 def dask(
-    kind: str, *arguments: str, path: Sequence[Path] = ()
+    kind: str, *arguments: str, path: Sequence[Path] = (), **environment: str
 ) -> Iterator[subprocess.Popen[bytes]]:
     """Run a scheduler or a worker, with folders before all others on its path."""
     process = subprocess.Popen(
         [sys.executable, "-m", f"distributed.cli.dask_{kind}", "--no-dashboard", *arguments],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([*map(str, path), *sys.path])},
+        env={**os.environ, **environment,
+             "PYTHONPATH": os.pathsep.join([*map(str, path), *sys.path])},
         cwd=gettempdir(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     try:
@@ -279,7 +305,7 @@ def scheduler(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
         "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)
     ) as process:
         deadline = time.monotonic() + 60
-        while not file.exists():
+        while not (file.exists() and file.read_text().endswith("}")):  # it may be half-written
             assert time.monotonic() < deadline
             time.sleep(0.1)
         yield process, json.loads(file.read_text())["address"]
@@ -319,16 +345,20 @@ def test_clusters_that_cannot_do_the_work_are_refused(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_threads")
 def test_a_scheduler_that_dies_is_told_and_costs_nothing_finished(
     study: Path, tmp_path: Path, scheduler: tuple[subprocess.Popen[bytes], str]
 ) -> None:
     process, address = scheduler
     out, whole = tmp_path / "out", tmp_path / "whole"
-    with dask("worker", address, "--nthreads", "1"):
-        running = Running(study, out, "--dask", address)
-        running.wait_for(4)
+    held = {RESULTS: str(out / "results.jsonl"), LINES: "4"}
+    with dask("worker", address, "--nthreads", "1", path=[Path(__file__).parent], **held):
+        running = Running(study, out, "--dask", address, lines=4)
+        running.wait()
         process.kill()
         _, errors = running.process.communicate(timeout=100)
+        (out / GO_ON).touch()
+    (out / GO_ON).unlink()
     assert running.process.returncode == 2
     assert errors.decode().count("\n") == 1
     assert "go on with --resume" in errors.decode()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from scipy.stats import rankdata
-
 from slewctl._types import Array, BoolArray
 
 
@@ -17,5 +15,7 @@ def area_under_curve(values: Array, bad: BoolArray) -> float:
     bad : ndarray of bool, shape (n,)
         Where there was trouble; some true and some false.
     """
+    from scipy.stats import rankdata  # slow to load: not before it is wanted
+
     ranks, ill, well = rankdata(values), int(bad.sum()), int((~bad).sum())
     return float((ranks[bad].sum() - ill * (ill + 1) / 2) / (ill * well))
