@@ -34,7 +34,18 @@ class LinearSystem:
     name : str, optional
     """
 
-    __slots__ = ("A", "B", "C", "D", "dt", "input_labels", "name", "output_labels", "state_labels")
+    __slots__ = (
+        "A",
+        "B",
+        "C",
+        "D",
+        "__weakref__",
+        "dt",
+        "input_labels",
+        "name",
+        "output_labels",
+        "state_labels",
+    )
 
     def __init__(
         self,

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -76,14 +77,24 @@ class ModalForm:
     sample_time: float
 
 
+# What a truth yields is computed once for all controllers that meet it.
+_KNOWN: WeakKeyDictionary[LinearSystem, ModalForm] = WeakKeyDictionary()
+
+
 def modal_form(system: LinearSystem) -> ModalForm:
-    """Return the modes of a system with one input.
+    """Return the modes of a system with one input; of the same system, the same again.
 
     Parameters
     ----------
     system : LinearSystem
         One input, any number of outputs, continuous or sampled.
     """
+    if system not in _KNOWN:
+        _KNOWN[system] = _modal_form(system)
+    return _KNOWN[system]
+
+
+def _modal_form(system: LinearSystem) -> ModalForm:
     A, B, C, D = system.matrices
     scale = balance_realisation(A, B, C)
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale

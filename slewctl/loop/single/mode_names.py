@@ -13,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.loop.parts import Pair
 from slewctl.numerics.frequency_response import FrequencyResponse, sample_time
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.modal_form import modal_form
 from slewctl.numerics.modes import Eigensystem, at_origin
 
 # A pole that is damped less than this rings, and is called a mode.
@@ -154,15 +155,29 @@ class _Ringing:
 
 def _ringing(system: LinearSystem) -> _Ringing:
     step = sample_time(system)
-    found = Eigensystem.of(np.asarray(system.A, dtype=float))
-    s = found.poles
+    poles, residues, alone = _single_poles(system)
+    s = poles
     if step:
         delays = np.abs(s) < 1e-12  # z = 0
         s = np.asarray(np.log(np.where(delays, 1e-12, s)) / step, dtype=complex)
-    origin = at_origin(s, found.size / (step or 1.0))
     size = np.abs(s)
-    rings = np.flatnonzero(~origin & (s.imag > 0) & (np.abs(s.real) < _RINGS * size))
+    origin = at_origin(s, float(size[np.isfinite(size)].max(initial=0.0)))
+    rings = np.flatnonzero(~origin & alone & (s.imag > 0) & (np.abs(s.real) < _RINGS * size))
     rings = rings[np.argsort(size[rings])]
     hertz = tuple(float(f) for f in size[rings] / (2 * np.pi))
-    residues = found.residues(system.B, system.C, rings)
-    return _Ringing(found.poles[rings], residues, hertz, bool(origin.any()))
+    return _Ringing(poles[rings], residues[rings], hertz, bool(origin.any()))
+
+
+def _single_poles(system: LinearSystem) -> tuple[ComplexArray, ComplexArray, BoolArray]:
+    """Return poles in s or z, their residues, shape (n, p, m), and which have some of their own."""
+    if system.ninputs != 1:
+        found = Eigensystem.of(np.asarray(system.A, dtype=float))
+        everything = np.arange(len(found.poles))
+        residues = found.residues(system.B, system.C, everything)
+        return found.poles, residues, np.ones(len(found.poles), dtype=bool)
+    form = modal_form(system)  # the margins have it already
+    alone = np.ones(len(form.poles), dtype=bool)
+    for block in form.blocks:
+        alone[block.index] = False
+    poles = form.poles + 1 if form.sample_time else form.poles
+    return poles, (form.shape * form.entry).T[:, :, None], alone
