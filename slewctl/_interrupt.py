@@ -9,6 +9,7 @@ import os
 import sys
 from types import TracebackType
 
+# The exit status of a shell: 128 + SIGINT.
 _INTERRUPTED = 130
 
 

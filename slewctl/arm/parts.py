@@ -19,6 +19,7 @@ from slewctl.errors import (
     shown,
 )
 
+# Stations nearer to each other, over the length, are one: rounding of what was written.
 _SAME_POINT = 1e-12
 
 

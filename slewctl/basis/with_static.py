@@ -16,6 +16,7 @@ from slewctl.basis.deflection import Motion, deflections
 from slewctl.basis.inertia import panel_rule
 from slewctl.errors import InputError, shown
 
+# Ten digits: the static shape has less than this of its own, and none that can be told.
 _DEPENDENT = 1e-10
 
 

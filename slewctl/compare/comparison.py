@@ -24,6 +24,7 @@ from slewctl.model import Model, beam_inertia
 
 Progress = Callable[[str], None]
 
+# More curves in a figure cannot be told apart.
 SHAPES_SHOWN = 6
 # What a report follows of the case's own design.
 FOLLOWED = ("stable", "h2_loss", *RECORDED)

@@ -18,7 +18,7 @@ from slewctl.textfile import read_text
 
 # Levels of tables and arrays, and parts of a dotted key; five make a design file.
 MOST_LEVELS = 50
-_MOST_KEY = 200
+_MOST_KEY = 200  # characters of a key; the longest of a design has 25
 # Of one table; variations of an arm are the only keys that anybody counts in hundreds.
 _MOST_KEYS = 10_000
 # Keys and elements of a whole file; a beam of 2,000 stations has four thousand.
