@@ -40,6 +40,13 @@ class WithStatic(Basis):
         If either is something else, or, once there is an arm, the static shape is a
         combination of the parent's functions to ten digits, as that of a uniform arm is of
         four polynomials.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.arms.paper_beam()
+    >>> sc.assemble(arm, sc.WithStatic(sc.Slewing(2))).n
+    3
     """
 
     n: int = field(init=False)

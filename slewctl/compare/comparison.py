@@ -114,7 +114,15 @@ class TruthSummary:
 
 @dataclass(frozen=True)
 class Refusal:
-    """A basis and order for which the case's method makes no controller, and why not."""
+    """A basis and order for which the case's method makes no controller, and why not.
+
+    Attributes
+    ----------
+    basis : str
+    n : int
+        Number of functions.
+    reason : str
+    """
 
     basis: str
     n: int
@@ -191,7 +199,12 @@ class CaseResult(Tabular):
 
 @dataclass(frozen=True, eq=False)
 class Comparison(Tabular):
-    """The results of all cases compared."""
+    """The results of all cases compared.
+
+    Attributes
+    ----------
+    cases : tuple of CaseResult
+    """
 
     cases: tuple[CaseResult, ...]
 

@@ -72,7 +72,16 @@ class Setting:
 
 @dataclass(frozen=True)
 class Point:
-    """One design at one setting; `basis` may name a reduction of the truth instead."""
+    """One design at one setting; `basis` may name a reduction of the truth instead.
+
+    Attributes
+    ----------
+    setting : Setting
+    basis : str
+    n : int
+        Number of functions, or of modes kept.
+    method : str
+    """
 
     setting: Setting
     basis: str
