@@ -18,6 +18,7 @@ import threading
 from types import TracebackType
 from typing import NoReturn
 
+# The exit status of a shell: 128 + SIGINT.
 _INTERRUPTED = 130
 # Seconds until an interruption that went nowhere is raised again, elsewhere.
 _LATER = 0.01

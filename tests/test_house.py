@@ -194,3 +194,51 @@ def test_cvxpy_is_loaded_by_the_first_synthesis_only() -> None:
 def test_every_public_name_exists_and_is_documented() -> None:
     for name in slewctl.__all__:
         assert getattr(slewctl, name).__doc__, name
+
+
+def numbers_alone(value: ast.expr | None) -> bool:
+    """Whether an expression is made of numbers: 1e-9, (3, 2.0), -1, 1 - 1e-6."""
+    if isinstance(value, ast.Tuple | ast.List):
+        return all(map(numbers_alone, value.elts))
+    if isinstance(value, ast.UnaryOp):
+        return numbers_alone(value.operand)
+    if isinstance(value, ast.BinOp):
+        return numbers_alone(value.left) and numbers_alone(value.right)
+    return isinstance(value, ast.Constant) and type(value.value) in (int, float)
+
+
+def unexplained(text: str) -> list[str]:
+    """Return the numeric constants of a file that no comment beside or above them explains.
+
+    A comment speaks for the constants below it up to the next blank line.
+    """
+    lines = text.splitlines()
+    found = []
+    body = ast.parse(text).body
+    for node, after in zip(body, [*body, None][1:], strict=True):
+        if not isinstance(node, ast.Assign | ast.AnnAssign) or not numbers_alone(node.value):
+            continue
+        above = node.lineno - 2
+        while above >= 0 and lines[above].strip() and not lines[above].startswith("#"):
+            above -= 1
+        if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
+            continue  # a docstring of its own
+        if not lines[above].startswith("#") and "#" not in lines[node.end_lineno - 1]:
+            found.append(lines[node.lineno - 1])
+    return found
+
+
+def test_a_number_without_a_word_is_found() -> None:
+    assert unexplained("A = 1\n# Said.\nB = 2\nC = (3, -1.0)\n\nD = 4\nE = 5  # said\n") == [
+        "A = 1",
+        "D = 4",
+    ]
+
+
+def test_every_number_of_the_package_says_where_it_comes_from() -> None:
+    silent = {
+        str(path.relative_to(PACKAGE)): found
+        for path in PACKAGE.glob("**/*.py")
+        if (found := unexplained(path.read_text(encoding="utf-8")))
+    }
+    assert {path for path in silent if not path.startswith("loop/single/")} == set(), silent

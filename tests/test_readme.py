@@ -26,6 +26,32 @@ def test_readme_script_runs_and_judges_on_the_truth() -> None:
     assert "verified by" in said
 
 
+TYPED = """
+loop = sc.close(problem.truth, problem.objective, sc.lqg(K_plant, sample_time=0.01))
+stable: bool = loop.stable
+if isinstance(loop, sc.SampledLoop):
+    period: float = loop.sample_time
+else:
+    assert_type(loop, sc.Loop)
+assert_type(sc.close(problem.truth, problem.objective, K), sc.Loop | sc.SampledLoop)
+"""
+
+
+@pytest.mark.slow
+def test_readme_script_and_a_sampled_loop_are_typed(tmp_path: Path) -> None:
+    api = pytest.importorskip("mypy.api", reason="the extra dev is not installed")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (script,) = re.findall(r"```python\n(.*?)```", readme, flags=re.S)
+    file = tmp_path / "script.py"
+    plant = 'K_plant = problem.plant("clamped-free", n=2)\n'
+    file.write_text(f"from typing import assert_type\n\n{script}{plant}{TYPED}", encoding="utf-8")
+    said, errors, status = api.run(
+        ["--strict", "--config-file", str(ROOT / "pyproject.toml"), "--cache-dir",
+         str(tmp_path / "cache"), str(file)]
+    )  # fmt: skip
+    assert status == 0, said + errors
+
+
 @pytest.mark.slow
 def test_designs_script_writes_a_report(tmp_path: Path) -> None:
     said = run(["designs/compare_bases.py", str(tmp_path / "out")])

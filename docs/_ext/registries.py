@@ -17,6 +17,44 @@ from slewctl.design import METHODS
 from slewctl.files.schema import DesignTable, KelvinVoigtTable, RayleighTable, StudyTable
 from slewctl.plant.signals import ACTUATORS, SIGNALS, STATION_SENSORS
 
+HEAD = ["| key | unit | default | example | meaning |", "| --- | --- | --- | --- | --- |"]
+# Of the methods' options: unit, or what it is, and an example.
+OPTIONS: dict[str, tuple[str, object]] = {
+    "added_damping": ("1", {"1": 0.05}),
+    "bandwidth_hz": ("Hz", 0.5),
+    "crossover_hz": ("Hz", 0.5),
+    "damping_ratio": ("1", 0.7),
+    "damping_ratio_min": ("1", 0.1),
+    "decay_rate_min": ("1/s", 0.5),
+    "delay": ("s", 0.005),
+    "filter_damping": ("1", 0.5),
+    "formulation": ("text", "separated"),
+    "gain": ("1", 0.2),
+    "hinf_max": ("of actuator per first sensor", 50.0),
+    "integral_limit": ("rad·s", 0.1),
+    "leave": ("list", [2]),
+    "minimise": ("text", "cost"),
+    "modes": ("list", [1]),
+    "notch_depth": ("1", 0.1),
+    "notch_modes": ("list, or text", [1, 2]),
+    "notch_width": ("1", 0.5),
+    "observer_damping": ("1", 0.1),
+    "observer_damping_ratio_min": ("1", 0.1),
+    "observer_decay_rate_min": ("1/s", 1.0),
+    "observer_poles": ("rad/s", [-4, -5, [-2, 10], [-2, -10]]),
+    "observer_radius_max": ("rad/s", 500.0),
+    "observer_speed": ("1", 3.0),
+    "payload_mass": ("kg", [0.0, 0.2]),
+    "phase_lead_deg": ("deg", 50.0),
+    "poles": ("rad/s", [-1, -2, [-1, 10], [-1, -10]]),
+    "radius_max": ("rad/s", 200.0),
+    "rolloff_hz": ("Hz", 20.0),
+    "sample_time": ("s", 0.01),
+    "signal_used": ("text", "root_moment"),
+    "std_max": ("that of each signal", {"torque": 0.5}),
+    "stiffness": ("1", [0.9, 1.1]),
+    "weight_hz": ("Hz", 5.0),
+}
 ROOMS = ("slewctl.compare", "slewctl.check", "slewctl.testing")
 
 
@@ -102,13 +140,14 @@ def _options(method: str) -> list[str]:
         for name in described.name.split(",")
     }
     rows = [
-        f"| `{name}` | {_value(default)} | {told[name]} |"
+        f"| `{name}` | {OPTIONS[name][0]} | {_value(default)} | {_value(OPTIONS[name][1])} "
+        f"| {told[name]} |"
         for name, default in defaults.items()
         if name != "plant"
     ]
     if not rows:
         return ["No options of its own.", ""]
-    return ["| key | default | meaning |", "| --- | --- | --- |", *rows, ""]
+    return [*HEAD, *rows, ""]
 
 
 def _table(table: type[BaseModel], path: str, but: tuple[str, ...] = ()) -> list[str]:
@@ -127,8 +166,7 @@ def _keys(table: type[BaseModel]) -> list[str]:
         f"| {example(field)} | {field.description or ''} |"
         for name, field in table.model_fields.items()
     ]
-    head = ["| key | unit | default | example | meaning |", "| --- | --- | --- | --- | --- |"]
-    return [*head, *rows, ""]
+    return [*HEAD, *rows, ""]
 
 
 def _inner(field: FieldInfo) -> type[BaseModel] | None:
@@ -171,7 +209,8 @@ def _value(value: object) -> str:
 def _toml(value: Any) -> str:
     """Return a value as a file has it; tables inline."""
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + " }"
+        keys = {key if key.isidentifier() else json.dumps(key): value[key] for key in value}
+        return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in keys.items()) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_toml, value)) + "]"
     return json.dumps(value, ensure_ascii=False)

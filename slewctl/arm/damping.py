@@ -22,6 +22,12 @@ class Rayleigh:
         α in 1/s.
     beta : float
         β in s.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.Arm(sc.arms.paper_beam().beam, damping=sc.Rayleigh(beta=1e-4)).damping
+    Rayleigh(alpha=0.0, beta=0.0001)
     """
 
     alpha: float = 0.0
@@ -50,6 +56,12 @@ class KelvinVoigt:
     ----------
     retardation_time : float
         η in s.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.Arm(sc.arms.paper_beam().beam, damping=sc.KelvinVoigt(1e-4)).damping
+    KelvinVoigt(retardation_time=0.0001)
     """
 
     retardation_time: float

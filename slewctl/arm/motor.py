@@ -49,6 +49,13 @@ class Motor:
     ------
     InputError
         For an impossible value.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> motor = sc.Motor(2.6, 0.0077, 0.0077, gear_ratio=70.0, voltage_limit=15.0)
+    >>> sc.Arm(sc.arms.paper_beam().beam, motor=motor).motor.gear_ratio
+    70.0
     """
 
     resistance: float

@@ -20,6 +20,7 @@ from slewctl.errors import (
     shown,
 )
 
+# Stations nearer to each other, over the length, are one: rounding of what was written.
 _SAME_POINT = 1e-12
 
 
@@ -40,6 +41,12 @@ class Beam:
     ------
     InputError
         If the length or a profile is not positive, or a table does not cover the beam.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.Beam(1.0, [2.0, -1.0], sc.Stations([0, 0.5, 1], [40, 30, 10])).length
+    1.0
     """
 
     length: float
@@ -91,6 +98,12 @@ class Hub:
         r in m: the beam is clamped at this distance from the axis.
     friction : float
         Viscous friction c_h at the axis, in N·m·s/rad.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.Hub(inertia=0.2, radius=0.05)
+    Hub(inertia=0.2, radius=0.05, friction=0.0)
     """
 
     inertia: float = 0.0
@@ -113,6 +126,12 @@ class Payload:
         m_t in kg.
     inertia : float
         J_t about its own centre, in kg·m².
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.Payload(mass=0.1)
+    Payload(mass=0.1, inertia=0.0)
     """
 
     mass: float = 0.0
@@ -144,6 +163,14 @@ class Arm:
         What turns the hub; without one only the torque is known.
     name : str
         For tables and reports.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> beam = sc.Beam(length=1.0, mass_per_length=2.0, bending_stiffness=40.0)
+    >>> arm = sc.Arm(beam, sc.Hub(inertia=0.2), sc.Payload(mass=0.1), damping_ratio=0.01)
+    >>> sc.truth(arm, 2).n
+    2
     """
 
     beam: Beam

@@ -35,6 +35,12 @@ class Stations:
         length.  A station given twice makes a step there.
     values : sequence of float
         The property at each station.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.Stations([0.0, 0.5, 1.0], [40.0, 30.0, 10.0]).x
+    (0.0, 0.5, 1.0)
     """
 
     x: tuple[float, ...]

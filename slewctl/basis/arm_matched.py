@@ -44,6 +44,13 @@ class ArmMatched(Basis):
     ------
     InputError
         If n < 1, steps < 1 or `arm` is not an arm.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.arms.paper_beam()
+    >>> sc.assemble(arm, sc.ArmMatched(3)).n
+    3
     """
 
     steps: int = 3

@@ -20,6 +20,17 @@ class ClampedFree(Basis):
     eq. 45 with its misprinted sign mended, in the paper's normalisation.  The
     hyperbolic pair is written with the decaying exponentials e^(−βx) and e^(−β(L−x)),
     so that nothing overflows or cancels for any index.
+
+    Parameters
+    ----------
+    n : int
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.arms.paper_beam()
+    >>> sc.assemble(arm, sc.ClampedFree(3)).n
+    3
     """
 
     name: ClassVar[str] = "clamped-free"

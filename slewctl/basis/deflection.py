@@ -30,10 +30,10 @@ from slewctl.basis.polynomial import Polynomial
 
 _MOST_TERMS = 40  # polynomials on a panel, where there are few panels
 _LEAST_TERMS = 12  # and where a table of stations makes many
-_TERMS_IN_ALL = 320
+_TERMS_IN_ALL = 320  # of all panels together: what a basis costs grows with its square
 _TAIL = 3  # the last of a panel's polynomials, which must have died out
-_CONVERGED = 5e-14
-_MOST_HALVED = 95
+_CONVERGED = 5e-14  # some 200 roundings: coefficients below it are noise
+_MOST_HALVED = 95  # panels more than the breakpoints make, before the refusal
 # A callable profile may have a kink anywhere, which no halving resolves.
 _MOST_HALVED_SAMPLED = 3
 

@@ -45,6 +45,13 @@ class HubMatched(Basis):
     ------
     InputError
         If n < 1, or `ratios` is something else.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.arms.paper_beam()
+    >>> sc.assemble(arm, sc.HubMatched(3)).n
+    3
     """
 
     ratios: Ratios | None = None

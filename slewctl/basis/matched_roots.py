@@ -34,6 +34,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.errors import InputError, check_count, check_nonnegative
 
+# Below, differences of the hyperbolic functions cancel, and their series needs few terms.
 _SERIES_BELOW = 1.0
 _LEAST_ROOTS = 8
 _LARGEST = 1e50  # products of three ratios stay finite

@@ -37,6 +37,13 @@ class Polynomial(Basis):
     ------
     InputError
         If n < 1 or the edges do not increase within (0, 1).
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.arms.paper_beam()
+    >>> sc.assemble(arm, sc.Polynomial(6)).n
+    6
     """
 
     edges: tuple[float, ...] = ()

@@ -19,6 +19,17 @@ class Slewing(Basis):
     φ = σ [sin βx + c sinh βx − β(1 + c) x], c = sin βL / sinh βL, with σ making the tip
     displacement one (eq. 46–47): a pinned-free mode minus its root slope times x.
     Every function has φ''(0) = 0: the set carries no bending moment at the root.
+
+    Parameters
+    ----------
+    n : int
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.arms.paper_beam()
+    >>> sc.assemble(arm, sc.Slewing(3)).n
+    3
     """
 
     name: ClassVar[str] = "slewing"

@@ -16,6 +16,7 @@ from slewctl.basis.deflection import Motion, deflections
 from slewctl.basis.inertia import panel_rule
 from slewctl.errors import InputError, shown
 
+# Ten digits: the static shape has less than this of its own, and none that can be told.
 _DEPENDENT = 1e-10
 
 
@@ -39,6 +40,13 @@ class WithStatic(Basis):
         If either is something else, or, once there is an arm, the static shape is a
         combination of the parent's functions to ten digits, as that of a uniform arm is of
         four polynomials.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.arms.paper_beam()
+    >>> sc.assemble(arm, sc.WithStatic(sc.Slewing(2))).n
+    3
     """
 
     n: int = field(init=False)

@@ -13,6 +13,7 @@ from slewctl.compare import Reading
 # The arm as the design file describes it, beside its named variations.
 NOMINAL = "nominal"
 
+# Exit statuses, as of pytest: all well, something failed, bad input.
 ALL_HOLD, SOME_FAIL, BAD_INPUT = 0, 1, 2
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NoReturn
 if TYPE_CHECKING:
     import click
 
+# Exit statuses: of click for errors of usage, and of a shell, 128 + SIGINT.
 BAD_INPUT = 2
 INTERRUPTED = 130
 

@@ -24,6 +24,7 @@ from slewctl.model import Model, beam_inertia
 
 Progress = Callable[[str], None]
 
+# More curves in a figure cannot be told apart.
 SHAPES_SHOWN = 6
 # What a report follows of the case's own design.
 FOLLOWED = ("stable", "h2_loss", *RECORDED)
@@ -113,7 +114,15 @@ class TruthSummary:
 
 @dataclass(frozen=True)
 class Refusal:
-    """A basis and order for which the case's method makes no controller, and why not."""
+    """A basis and order for which the case's method makes no controller, and why not.
+
+    Attributes
+    ----------
+    basis : str
+    n : int
+        Number of functions.
+    reason : str
+    """
 
     basis: str
     n: int
@@ -190,7 +199,12 @@ class CaseResult(Tabular):
 
 @dataclass(frozen=True, eq=False)
 class Comparison(Tabular):
-    """The results of all cases compared."""
+    """The results of all cases compared.
+
+    Attributes
+    ----------
+    cases : tuple of CaseResult
+    """
 
     cases: tuple[CaseResult, ...]
 

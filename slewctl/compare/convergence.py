@@ -21,7 +21,14 @@ AGREEMENT = 0.01
 
 @dataclass(frozen=True)
 class Seen:
-    """A quantity on a truth of so many modes."""
+    """A quantity on a truth of so many modes.
+
+    Attributes
+    ----------
+    modes : int
+        Of the truth.
+    reading : Reading
+    """
 
     modes: int
     reading: Reading

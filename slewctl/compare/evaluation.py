@@ -75,7 +75,12 @@ class Evaluation:
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """The truth of a case, on which its designs are judged."""
+    """The truth of a case, on which its designs are judged.
+
+    Parameters
+    ----------
+    case : Case
+    """
 
     case: Case
 

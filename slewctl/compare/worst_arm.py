@@ -38,7 +38,7 @@ from slewctl.plant import Objective
 
 # A coordinate this close to a bound, as a fraction of the range, is on it.
 _ON_A_BOUND = 1e-6
-_SMALLEST_STEP = 1e-4
+_SMALLEST_STEP = 1e-4  # of the range: a search ends here; the worst is no better known by far
 # The most arms that a search tries unless told.
 _SEARCHED = 60
 

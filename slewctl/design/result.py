@@ -69,7 +69,12 @@ class Check:
 
 @dataclass(frozen=True)
 class Certificate:
-    """The checks that a result went through."""
+    """The checks that a result went through.
+
+    Attributes
+    ----------
+    checks : tuple of Check
+    """
 
     checks: tuple[Check, ...]
 

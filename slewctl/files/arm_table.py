@@ -114,21 +114,7 @@ def read_arm(path: Path) -> Arm:
     >>> from tempfile import mkdtemp
     >>> path = Path(mkdtemp()) / "arm.toml"
     >>> text = '''
-    ... [arm]
-    ... catalogue = "paper-beam"
-    ... damping_ratio = 0.01
-    ... hub = { inertia = 0.2 }
-    ... [model]
-    ... basis = "clamped-free"
-    ... n = 1
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
-    ... [truth]
-    ... modes = 10
-    ... [requirements]
-    ... gain_margin_db = 3.0
+    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
     ... '''
     >>> _ = path.write_text(text)
     >>> from slewctl.files import read_arm

@@ -1,4 +1,8 @@
-"""The keys of a design file, with their types; everything else is refused."""
+"""The keys of a design file, with their types; everything else is refused.
+
+Defaults are those of the classes that the tables describe.  Signs are checked here as well as
+there, key by key: a class refuses the first wrong value, a file is told all of them at once.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from slewctl.arm import Hub, Motor, Payload, Rayleigh
 from slewctl.compare import Case, Grid
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -63,24 +68,24 @@ class BeamTable(Table):
 class HubTable(Table):
     """``[arm.hub]``."""
 
-    inertia: Annotated[NonNegative, _told("kg·m²", "about the axis", 0.2)] = 0.0
-    radius: Annotated[NonNegative, _told("m", "from the axis to the clamp", 0.05)] = 0.0
-    friction: Annotated[NonNegative, _told("N·m·s/rad", "viscous, of the axis", 0.1)] = 0.0
+    inertia: Annotated[NonNegative, _told("kg·m²", "about the axis", 0.2)] = Hub.inertia
+    radius: Annotated[NonNegative, _told("m", "from the axis to the clamp", 0.05)] = Hub.radius
+    friction: Annotated[NonNegative, _told("N·m·s/rad", "viscous, of the axis", 0.1)] = Hub.friction
 
 
 class PayloadTable(Table):
     """``[arm.payload]``."""
 
-    mass: Annotated[NonNegative, _told("kg", "at the tip", 0.1)] = 0.0
-    inertia: Annotated[NonNegative, _told("kg·m²", "about its own centre", 0.001)] = 0.0
+    mass: Annotated[NonNegative, _told("kg", "at the tip", 0.1)] = Payload.mass
+    inertia: Annotated[NonNegative, _told("kg·m²", "about its own centre", 0.001)] = Payload.inertia
 
 
 class RayleighTable(Table):
     """``[arm.damping]`` with kind = "rayleigh"."""
 
     kind: Annotated[str, _told("text", "the law", "rayleigh")]
-    alpha: Annotated[NonNegative, _told("1/s", "of the mass matrix", 0.1)] = 0.0
-    beta: Annotated[NonNegative, _told("s", "of the stiffness matrix", 1e-4)] = 0.0
+    alpha: Annotated[NonNegative, _told("1/s", "of the mass matrix", 0.1)] = Rayleigh.alpha
+    beta: Annotated[NonNegative, _told("s", "of the stiffness matrix", 1e-4)] = Rayleigh.beta
 
 
 class KelvinVoigtTable(Table):
@@ -96,10 +101,18 @@ class MotorTable(Table):
     resistance: Annotated[Positive, _told("Ω", "of the armature", 2.6)]
     torque_constant: Annotated[Positive, _told("N·m/A", "of the motor's shaft", 0.0077)]
     back_emf_constant: Annotated[NonNegative, _told("V·s/rad", "of the motor's shaft", 0.0077)]
-    gear_ratio: Annotated[Positive, _told("1", "turns of the motor for one of the hub", 70.0)] = 1.0
-    gear_efficiency: Annotated[Efficiency, _told("1", "from above 0 to 1", 0.9)] = 1.0
-    motor_efficiency: Annotated[Efficiency, _told("1", "from above 0 to 1", 0.69)] = 1.0
-    rotor_inertia: Annotated[NonNegative, _told("kg·m²", "about the motor's shaft", 3.9e-7)] = 0.0
+    gear_ratio: Annotated[Positive, _told("1", "turns of the motor for one of the hub", 70.0)] = (
+        Motor.gear_ratio
+    )
+    gear_efficiency: Annotated[Efficiency, _told("1", "from above 0 to 1", 0.9)] = (
+        Motor.gear_efficiency
+    )
+    motor_efficiency: Annotated[Efficiency, _told("1", "from above 0 to 1", 0.69)] = (
+        Motor.motor_efficiency
+    )
+    rotor_inertia: Annotated[NonNegative, _told("kg·m²", "about the motor's shaft", 3.9e-7)] = (
+        Motor.rotor_inertia
+    )
     torque_limit: Annotated[
         Positive | None,
         _told("N·m", "largest torque on the hub; a slew says whether it passes it", 5.0),

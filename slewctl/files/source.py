@@ -18,7 +18,7 @@ from slewctl.textfile import read_text
 
 # Levels of tables and arrays, and parts of a dotted key; five make a design file.
 MOST_LEVELS = 50
-_MOST_KEY = 200
+_MOST_KEY = 200  # characters of a key; the longest of a design has 25
 # Of one table; variations of an arm are the only keys that anybody counts in hundreds.
 _MOST_KEYS = 2_000
 # Keys and elements of a whole file; a beam of 2,000 stations has eight thousand.
@@ -141,21 +141,13 @@ def read_source(path: Path) -> Source:
     >>> from tempfile import mkdtemp
     >>> path = Path(mkdtemp()) / "arm.toml"
     >>> text = '''
-    ... [arm]
-    ... catalogue = "paper-beam"
-    ... damping_ratio = 0.01
-    ... hub = { inertia = 0.2 }
-    ... [model]
-    ... basis = "clamped-free"
-    ... n = 1
+    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
+    ... model = { basis = "clamped-free", n = 1 }
+    ... requirements = { gain_margin_db = 3.0 }
     ... [controller]
     ... method = "lqg"
     ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01, theta_dot = 0.1 }
-    ... [truth]
-    ... modes = 10
-    ... [requirements]
-    ... gain_margin_db = 3.0
+    ... noise = { torque = 0.1, theta = 0.01 }
     ... '''
     >>> _ = path.write_text(text)
     >>> from slewctl.files import read_source

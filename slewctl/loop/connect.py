@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 
 @single_threaded
-def close(model: Model, objective: Objective, controller: Controller | control.StateSpace) -> Loop:
+def close(
+    model: Model, objective: Objective, controller: Controller | control.StateSpace
+) -> Loop | SampledLoop:
     """Return the loop of `controller` around `model`, judged by `objective`.
 
     Parameters
@@ -34,7 +36,7 @@ def close(model: Model, objective: Objective, controller: Controller | control.S
     Returns
     -------
     Loop or SampledLoop
-        The latter if the controller has a sample time.
+        The latter, which is a `Loop` too, if the controller has a sample time.
 
     Raises
     ------

@@ -28,6 +28,11 @@ class SampledLoop(Loop):
     `return_ratio`, and so `margins` and `response`, are of the loop broken where the
     computer hands the torque to the hold; they are exact for changes of gain and phase
     there.
+
+    Parameters
+    ----------
+    model, objective, controller
+        As for `Loop`; the controller has a sample time.
     """
 
     @property

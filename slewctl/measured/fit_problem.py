@@ -22,10 +22,10 @@ from slewctl.model.converge import modes_in
 
 _STEP = 1e-4  # of the differences in coordinates whose typical size is one
 _LEAST_START = 0.01  # a search that starts on the bound may stay there
-_AT_ZERO = 1e-6
-_OTHER_STARTS = (0.03, 0.3, 1.0)
+_AT_ZERO = 1e-6  # of a coordinate whose typical size is one: it is on its bound
+_OTHER_STARTS = (0.03, 0.3, 1.0)  # of the coordinates that begin near zero, a decade and a half
 _GOOD = 3e-3  # root-mean-square residual that needs no other start
-_MOST_STEPS = 200
+_MOST_STEPS = 200  # of one search, a safeguard
 _GRADIENT = 1e-14  # rounding of the residuals
 _LARGEST_LOG = 25.0  # factors between 1e-11 and 1e11
 _UNDETERMINED = 1e-6  # relative singular value; the derivatives are good to about 1e-8

@@ -16,12 +16,13 @@ from slewctl.model.subspace import lowest_modes, trials
 MOST_MODES = 500
 """Modes that an arm can be asked for: a few seconds' work."""
 
+# Relative change of the frequencies: rounding of well-conditioned matrices of this size.
 _TARGET = 1e-11
 # Shapes to be compared with finer ones: their frequencies are good to its square.
 _ROUGHLY = 1e-6
 # Beyond so many functions, or those that every panel needs, no more are taken.
 _MOST_FUNCTIONS = 400
-_MOST_TERMS = 6
+_MOST_TERMS = 6  # of each panel
 # Up to here all modes of the matrices cost less than the few that are asked for.
 _SMALL = 400
 

@@ -12,6 +12,7 @@ from slewctl.basis import Basis, Combined
 from slewctl.model.assembly import Model, assemble, check_arm, tip_signs
 from slewctl.model.converge import check_modes, converged
 
+# Twice and more what a design model has; a verdict is repeated on twice as many.
 DEFAULT_MODES = 20
 
 

@@ -22,6 +22,7 @@ from scipy.special import roots_legendre
 from slewctl._types import Array, IntArray
 from slewctl.errors import AccuracyError
 
+# Of double precision.
 UNIT_ROUNDOFF = 2.0**-53
 
 
@@ -110,9 +111,9 @@ def halved(breakpoints: tuple[float, ...], times: int) -> tuple[float, ...]:
 # A callable profile has no known degree: its panels take this one and are halved until the
 # matrices settle.
 SAMPLED_DEGREE = 24
-_SETTLED = 1e-12
-_ACCEPTABLE = 1e-6
-_HALVINGS = 8
+_SETTLED = 1e-12  # relative change of the matrices that is rounding
+_ACCEPTABLE = 1e-6  # taken after the last halving, its size told with the result
+_HALVINGS = 8  # of all panels: 2⁸ times as many
 
 FactorBuilder = Callable[[tuple[float, ...]], tuple[Array, ...]]
 

@@ -24,6 +24,7 @@ from slewctl.basis import Polynomial
 from slewctl.model.assembly import Boundary, RitzModes, rounding
 from slewctl.model.quadrature import SAMPLED_DEGREE, Rule, composite
 
+# Of an iteration that gains a digit or more in each.
 _MOST_STEPS = 20
 
 

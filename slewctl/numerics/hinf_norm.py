@@ -22,7 +22,7 @@ from slewctl.numerics.linear_system import LinearSystem
 
 # The peak is at most this much, relative, above the value that is returned.
 PEAK_TOLERANCE = 1e-8
-_ROUNDS = 30
+_ROUNDS = 30  # a safeguard: the convergence is quadratic
 # Where the level is this close to a singular value of D the Hamiltonian matrix is not formed.
 _SINGULAR = 1e-3
 Sizes = Callable[[Array], Array]

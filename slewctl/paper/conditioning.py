@@ -27,12 +27,13 @@ from slewctl.paper.findings import DAMPING_RATIO, LIMITS, NOISE
 from slewctl.paper.textbook_lmi import TextbookRun, covariance_form, riccati_form
 from slewctl.plant import Objective, generalised_plant
 
+# No hub, as in the paper, and one as heavy as the beam.
 HUB_RATIOS = (0.0, 1.0)
-MOST_FUNCTIONS = 8
+MOST_FUNCTIONS = 8  # a row of the table each
 BASES: dict[str, Callable[[int], Basis]] = {"clamped-free": ClampedFree, "slewing": Slewing}
 # Gaps smaller than this are rounding errors.
 _FLOOR = 1e-12
-_INFORMATIVE = 1e-6
+_INFORMATIVE = 1e-6  # gaps larger than this say more than the solver's own tolerance
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,10 @@ from slewctl.model import assemble
 from slewctl.paper import published
 from slewctl.paper.evidence import Evidence, weigh
 
+# Instants at which both sides are compared.
 _TIMES = np.linspace(0.0, 3.0, 13)
-_COMPLEX_STEP = 1e-30
-_GAUSS_POINTS = 30
+_COMPLEX_STEP = 1e-30  # no cancellation, so it can be as small as this
+_GAUSS_POINTS = 30  # exact for the modes of a uniform beam to rounding
 
 # The made-up motion: amplitudes, rates (rad/s) and phases of q, and those of θ̇.
 _AMPLITUDE = np.array([0.4, -0.25, 0.15])

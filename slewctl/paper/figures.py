@@ -14,6 +14,7 @@ from slewctl.paper import published
 from slewctl.paper.simulation import TipRun, exact_map, run, taylor_map
 from slewctl.paper.tables import with_signs_of
 
+# Of a drawn curve.
 _POINTS = 201
 # The torque ends at 4 s; four more show the free vibration.
 _HORIZON = 8.0

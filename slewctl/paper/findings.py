@@ -21,14 +21,15 @@ from slewctl.model import Truth, assemble, beam_inertia, truth
 from slewctl.paper.integrators import IntegratorFinding, integrator_finding
 from slewctl.plant import Objective, generalised_plant
 
+# From none to a hub that hardly turns, three to a decade.
 HUB_RATIOS = (0.0, *(float(ratio) for ratio in np.geomspace(0.01, 100.0, 13)))
-DAMPING_RATIO = 0.005
+DAMPING_RATIO = 0.005  # a lightly damped beam's, chosen
 LIMITS = {"tip": 0.1, "torque": 1.0}  # m, N·m
 NOISE = {"torque": 0.1, "theta": 1e-3, "theta_dot": 1e-2}  # N·m, rad and rad/s per √Hz
-TRUTH_MODES = 20
-FREQUENCY_FUNCTIONS = 4
-COMPARED_MODES = 3
-DESIGN_FUNCTIONS = 2
+TRUTH_MODES = 20  # ten times the functions of the design
+FREQUENCY_FUNCTIONS = 4  # of the bases whose frequencies are compared
+COMPARED_MODES = 3  # the first of them
+DESIGN_FUNCTIONS = 2  # the fewest with a mode to lose beside the first
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from slewctl.paper import published
 from slewctl.paper.evidence import Evidence, weigh
 from slewctl.paper.tables import AsymptoteRow, root_table
 
+# Exact for the first modes to rounding.
 _GAUSS_POINTS = 40
 # The uniform beam of eq. 20 has L = m̄ = EI = 1, so that ω = β².
 _X = np.linspace(0.0, 1.0, 201)

@@ -17,7 +17,7 @@ from slewctl.paper import published
 
 # A run is cut off where the tip leaves this range (m): a rigid arm turns by about 20 m.
 TIP_LIMIT = 1e3
-_TAYLOR_ORDER = 4
+_TAYLOR_ORDER = 4  # one step of it is one of Runge–Kutta 4
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from slewctl.basis.characteristic import clamped_free_roots, slewing_roots
 from slewctl.model import assemble, truth
 from slewctl.paper import published
 
+# Roots i for which the asymptote stands beside the root.
 _ASYMPTOTIC_ROWS = range(6, 11)
 
 

@@ -30,6 +30,13 @@ class Objective:
     InputError
         For an unknown signal, a value that is not positive, when the torque or every
         sensor is missing, or when the limits name both actuators.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> objective = sc.Objective({"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> objective.actuator, objective.sensors
+    ('torque', ('theta',))
     """
 
     limits: Mapping[str, float]

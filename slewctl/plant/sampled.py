@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 # A delay this near to a whole number of samples, in samples, is that number.
 _WHOLE = 1e-9
-MOST_DELAY = 10
+MOST_DELAY = 10  # samples: each is a state more, and no such loop is worth closing
 
 
 @dataclass(frozen=True, eq=False, repr=False)

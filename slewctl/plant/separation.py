@@ -27,6 +27,7 @@ from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.modes import linked
 from slewctl.plant.invariant import Piece, check_rigid, consecutive
 
+# Relative: ten times what half of the digits leave, √ε.
 _RESIDUAL = 1e-7
 
 

@@ -20,7 +20,7 @@ from slewctl.report.page import tidy
 _CLASSES = (0.01, GOOD, 0.2, 1.0, np.inf)
 _LABELS = ("≤ 1 %", f"≤ {100 * GOOD:g} %", "≤ 20 %", "≤ 100 %", "more")
 _TONES = [colormaps["cividis_r"](t) for t in (0.0, 0.2, 0.42, 0.64, 0.86)]
-_PANELS_A_ROW = 5
+_PANELS_A_ROW = 5  # as many as a page is wide
 # Cells are a little smaller than their places: the ground between them is the grid.
 _CELL = 0.46
 

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, get_args
 
 import pytest
-from pydantic import BaseModel, TypeAdapter
+from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
+from slewctl import Hub, InputError, KelvinVoigt, Motor, Payload, Rayleigh
 from slewctl.basis import NAMES
+from slewctl.design import METHODS, options
 from slewctl.files.schema import (
     DesignTable,
+    HubTable,
     KelvinVoigtTable,
     ModelTable,
+    MotorTable,
+    PayloadTable,
     RayleighTable,
     StudyTable,
 )
@@ -73,9 +79,53 @@ def test_pages_made_of_the_schema_leave_nothing_out(monkeypatch: pytest.MonkeyPa
     pages = registries.design_file() + registries.study_file()
     for key, field in FIELDS.items():
         assert f"| `{field.alias or key.split('.')[1]}` | " in pages
+    taken = {name for method in METHODS for name in options(method)}
+    assert taken == set(registries.OPTIONS)
     rows = [line for line in pages.splitlines() if line.startswith("| `")]
     assert rows
     for row in rows:
         assert all(cell.strip() for cell in row.strip("|").split(" | ")), row
-    for cell in (row.split(" | ")[3] for row in rows if row.count(" | ") == 4):
+    for cell in (row.split(" | ")[3] for row in rows):
         tomllib.loads(f"key = {cell.strip('`')}")
+
+
+DESCRIBED: list[tuple[type[BaseModel], type[Any], dict[str, Any]]] = [
+    (HubTable, Hub, {}),
+    (PayloadTable, Payload, {}),
+    (RayleighTable, Rayleigh, {"kind": "rayleigh"}),
+    (KelvinVoigtTable, KelvinVoigt, {"kind": "kelvin-voigt", "retardation_time": 1e-4}),
+    (
+        MotorTable,
+        Motor,
+        {"resistance": 2.6, "torque_constant": 0.0077, "back_emf_constant": 0.0077},
+    ),
+]
+VALUES = (-1.0, -0.0, 0.0, 1e-9, 0.5, 1.0, 1.5, 50.0, float("inf"), float("nan"), "1", True)
+
+
+@pytest.mark.parametrize(("table", "described", "needed"), DESCRIBED)
+def test_a_table_has_the_keys_and_defaults_of_what_it_describes(
+    table: type[BaseModel], described: type[Any], needed: dict[str, Any]
+) -> None:
+    own = {field.name: field.default for field in dataclasses.fields(described)}
+    keys = {name: field for name, field in table.model_fields.items() if name != "kind"}
+    assert keys.keys() == own.keys()
+    for name, field in keys.items():
+        required = own[name] is dataclasses.MISSING
+        assert field.is_required() == required
+        assert required or field.default == own[name]
+
+
+@pytest.mark.parametrize(("table", "described", "needed"), DESCRIBED)
+def test_a_table_refuses_nothing_that_what_it_describes_takes(
+    table: type[BaseModel], described: type[Any], needed: dict[str, Any]
+) -> None:
+    for field in dataclasses.fields(described):
+        for value in VALUES:
+            given = needed | {field.name: value}
+            try:
+                table.model_validate(given)
+            except ValidationError:
+                given.pop("kind", None)
+                with pytest.raises(InputError):
+                    described(**given)

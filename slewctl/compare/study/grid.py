@@ -42,7 +42,7 @@ _ANGLE_DEG = 30.0
 SENSORS = ("theta", "theta_dot", "tip", "tip_deflection")
 # Designs that a study may try: their rows fit in memory, and a machine tries them in days.
 MOST_POINTS = 1_000_000
-_MOST_GRIDS = 100
+_MOST_GRIDS = 100  # each point is sought in all grids before its own
 # Enough to know the first of them.
 _FEW_MODES = 10
 
@@ -73,7 +73,16 @@ class Setting:
 
 @dataclass(frozen=True)
 class Point:
-    """One design at one setting; `basis` may name a reduction of the truth instead."""
+    """One design at one setting; `basis` may name a reduction of the truth instead.
+
+    Attributes
+    ----------
+    setting : Setting
+    basis : str
+    n : int
+        Number of functions, or of modes kept.
+    method : str
+    """
 
     setting: Setting
     basis: str

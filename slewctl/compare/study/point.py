@@ -78,7 +78,15 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Work:
-    """A point with the arm and the truth that it belongs to; can be sent to another process."""
+    """A point with the arm and the truth that it belongs to; can be sent to another process.
+
+    Attributes
+    ----------
+    arm : Arm
+    truth_modes : int
+        Flexible modes of the truth.
+    point : Point
+    """
 
     arm: Arm
     truth_modes: int

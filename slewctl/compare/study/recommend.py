@@ -23,7 +23,9 @@ from slewctl.compare.study.point import on_twice, place_of
 from slewctl.errors import DesignError, SlewctlError
 from slewctl.model import beam_inertia
 
+# Over the first flexible frequency, from slow to faster than any small model bears.
 BANDWIDTHS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5)
+# Of the design models: a controller of more than 14 states is no small one.
 ORDERS = (1, 2, 3, 4, 5, 6)
 # Classical rules of thumb for a loop that someone will run.
 LEAST_GAIN_DB = 6.0

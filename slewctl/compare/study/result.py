@@ -121,7 +121,14 @@ class StudySlice:
 
 @dataclass(frozen=True, eq=False)
 class StudyResult:
-    """A study with the row of every design; see `slewctl.compare.evaluate_point` for its keys."""
+    """A study with the row of every design; see `slewctl.compare.evaluate_point` for its keys.
+
+    Attributes
+    ----------
+    study : Study
+    rows : sequence of mapping
+        Lengths over the travel of the tip, times in periods of the first mode, and so on.
+    """
 
     study: Study
     rows: Sequence[Row]

@@ -26,6 +26,7 @@ from slewctl.plant import GeneralisedPlant
 
 # The low-pass filter starts this far above the crossover unless told otherwise.
 _ROLLOFF = 10.0
+# Of what was asked for, recomputed: rounding of a few multiplications, generously.
 _TOLERANCE = 1e-9
 
 

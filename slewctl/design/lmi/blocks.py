@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # than what the solver leaves unsolved, so that the recomputed block is positive.  The next is
 # tried when the one before was not enough.
 MARGINS = (1e-8, 1e-7, 1e-6)
-_ITERATIONS = 60
+_ITERATIONS = 60  # of the solver, a safeguard
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,12 +35,13 @@ from slewctl.numerics.interconnect import behind_feedthrough
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant, check_plant, signal
 
+# Of the solver, relative: the first while bounds are compared, the second for the result.
 _COARSE = 1e-5
 _TOLERANCE = 1e-7
 # The recomputed norm is this close to the bound, or the rounds are over.
 _CLOSE = 0.97
-_ROUNDS = 4
-_STEPS = 8
+_ROUNDS = 4  # each brings the norm nearer to its bound; a safeguard
+_STEPS = 8  # of the search for a bound that can be met
 # How much faster the norm asked for rises than the norm reached; found by trial.
 _RISE = 1.3
 # Of the weight's state the controller knows all: in place of no error, a small one.

@@ -43,6 +43,7 @@ from slewctl.errors import (
 )
 from slewctl.plant import GeneralisedPlant, check_plant
 
+# Of the solver, relative, where only whether a rate can be met is asked.
 _COARSE = 1e-5
 
 

@@ -50,7 +50,7 @@ from slewctl.plant.statespace import drive
 # At the edge of what is possible a solver does not reach its accuracy: a range is advised
 # that is this much narrower.
 _INSIDE = 0.9
-_COARSE = 1e-5
+_COARSE = 1e-5  # of the solver, where only whether a range can be met is asked
 # Masses at which the loop with the observer is verified, and stiffness factors if they vary.
 _MASSES, _FACTORS = 51, 5
 

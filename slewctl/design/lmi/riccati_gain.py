@@ -50,6 +50,7 @@ class Tuning:
     tolerance: float
 
 
+# Found by trial, see `Tuning`; the filter is the dual in other units.
 REGULATOR = Tuning(unit=10.0, power=0.0, tolerance=7e-11)
 FILTER = Tuning(unit=0.1, power=-0.75, tolerance=1e-8)
 

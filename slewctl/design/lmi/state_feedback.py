@@ -33,8 +33,8 @@ from slewctl.design.result import Check
 # Noise on every state, relative to the true one: it makes P positive definite, adds as much to
 # the bound, and changes no Riccati optimum.
 NOISE_FLOOR = 1e-6
-TOLERANCE = 1e-8
-_LOOSE = 1e-4
+TOLERANCE = 1e-8  # of the solver, relative: half of the digits
+_LOOSE = 1e-4  # tried where the solver does not reach that; the result is checked all the same
 # How far the cost's bound may be from the inequalities' optimum.  It is a bound all the same;
 # sharing one Lyapunov matrix costs far more.
 GAP = 1e-4

@@ -32,7 +32,7 @@ from slewctl.plant import ACTUATORS, GeneralisedPlant, check_plant, signal
 COST = "cost"
 # The bounds are met to rounding, so there is no room for the usual floor.
 _NOISE_FLOOR = 1e-11
-_GAP = 1e-6
+_GAP = 1e-6  # of the cost to its lower bound, as far as a solver at 1e-8 closes it
 
 
 @guarded

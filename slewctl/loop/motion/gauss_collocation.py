@@ -22,10 +22,10 @@ from slewctl.errors import AccuracyError
 # Twelve stages resolve some eight radians of an oscillation in a step; more stages take
 # fewer steps but larger matrices, and cost as much.
 _STAGES = 12
-_SWEEPS = 25
+_SWEEPS = 25  # of the iteration in a step; one that needs more is halved
 _NEAR = 1e-7  # of a step: a jump closer to its end is not worth finding
 _SETTLED = 1e-3  # of the tolerance
-_MOST_STEPS = 1_000_000
+_MOST_STEPS = 1_000_000  # minutes of work, a safeguard
 # A step this small a part of the whole hides nothing, not even a jump.
 _LEAST_STEP = 2.0**-42
 

@@ -35,6 +35,12 @@ class Slew:
     ------
     InputError
         For no turn, or times that are not positive or too short.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.Slew(angle_deg=30.0, duration_s=2.0).angle_deg
+    30.0
     """
 
     angle_deg: float

@@ -24,8 +24,8 @@ from slewctl.numerics.modes import Eigensystem
 # A pole has been followed when it is this many times nearer to where it was expected than
 # any other pole; else the step is halved.
 _CLEARLY = 4.0
-_STEP = 0.1
-_SMALLEST_STEP = 1e-6
+_STEP = 0.1  # of t, from 1 to 0: the longest
+_SMALLEST_STEP = 1e-6  # poles that cannot be told apart by then are not followed
 # Uncoupled, a pole is wholly a neglected mode's or not at all.
 _OWN = 0.5
 

@@ -20,11 +20,11 @@ from slewctl._types import Array, ComplexArray
 # Off-diagonal entries count at least this much of M, so that a triangular M has scales.
 # A direction of no more than this is none: dividing by it would overflow.
 _NOTHING = 1e-300
-_FLOOR = 1e-12
-_BALANCING = 30
-_CUTS = 3000
-_ENOUGH = 1e-8
-_STARTS, _POLISHED = 512, 6
+_FLOOR = 1e-12  # relative to M
+_BALANCING = 30  # sweeps, each over all channels: where they start is all they decide
+_CUTS = 3000  # of the search for scales, a safeguard
+_ENOUGH = 1e-8  # relative: the gap at which scales are the best
+_STARTS, _POLISHED = 512, 6  # random changes of phase, and how many of the best are polished
 
 
 @dataclass(frozen=True, eq=False)

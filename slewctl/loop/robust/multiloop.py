@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 AXIS_TOLERANCE = 1e-6
 # Inside of the margin the closed loop is tried at this fraction of it.
 _INSIDE = 1 - 1e-6
-_TRIED = 12
+_TRIED = 12  # random changes of phase at that fraction
 # A factor of this size is infinite.
 _INFINITE = 1e8
 
