@@ -103,7 +103,8 @@ class Case:
             )
         if check_count(self.truth_modes, "truth.modes") < largest:
             raise InputError(
-                f"a truth of {self.truth_modes} modes cannot judge a model of {largest} functions",
+                f"a truth of {self.truth_modes} modes cannot judge a model of {largest} functions"
+                + ("" if largest == self.n else ", which compare.orders asks for"),
                 where="truth.modes",
                 remedy=f"keep at least {min(2 * largest, MOST_TRUTH_MODES)} modes (truth.modes)",
             )

@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov
 
 from slewctl._types import Array
 from slewctl.loop.closed import Loop
 from slewctl.loop.sampled import SampledLoop
 from slewctl.numerics.balance import balance
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.matrix_equations import solve_lyapunov
 from slewctl.plant import GeneralisedPlant, sampled_plant
 from slewctl.plant.signals import TORQUE
 from slewctl.plant.statespace import arm_equations
@@ -99,7 +99,7 @@ def _continuous(loop: Loop, watched: GeneralisedPlant) -> dict[str, float]:
     A, B, C, D = (np.asarray(getattr(closed, name)) for name in "ABCD")
     scale = balance(A)
     As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
-    covariance = solve_continuous_lyapunov(As, -Bs @ Bs.T)
+    covariance = solve_lyapunov(As, -Bs @ Bs.T)
     variances = np.einsum("ij,jk,ik->i", Cs, covariance, Cs)
     variances = np.where(D.any(axis=1), math.inf, np.maximum(variances, 0.0))
     return dict(zip(closed.output_labels, np.sqrt(variances).tolist(), strict=True))

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov
 
 from slewctl._types import Array
 from slewctl.numerics.balance import balance_realisation, balance_system
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import solve_discrete_lyapunov
+from slewctl.numerics.matrix_equations import solve_discrete_lyapunov, solve_lyapunov
 
 
 @dataclass(frozen=True)
@@ -71,8 +70,8 @@ _REFINEMENTS = 4  # each gains as many digits as the equation was solved to
 
 
 def _h2_cost(A: Array, B: Array, C: Array) -> H2Cost:
-    P = np.asarray(solve_continuous_lyapunov(A, -B @ B.T), dtype=float)
-    W = np.asarray(solve_continuous_lyapunov(A.T, -C.T @ C), dtype=float)
+    P = solve_lyapunov(A, -B @ B.T)
+    W = solve_lyapunov(A.T, -C.T @ C)
     return _cost(B, C, P, W)
 
 
@@ -106,7 +105,7 @@ def _closer(A: Array, B: Array, P: Array) -> Array:
     long = np.longdouble
     half = A.astype(long) @ P.astype(long)
     left = np.asarray(half + half.T + B.astype(long) @ B.T.astype(long), dtype=float)
-    step = solve_continuous_lyapunov(A, -left)
+    step = solve_lyapunov(A, -left)
     return np.asarray(P + (step + step.T) / 2, dtype=float)
 
 

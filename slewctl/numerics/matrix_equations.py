@@ -69,6 +69,19 @@ def solve_riccati(A: Array, B: Array, Q: Array, R: Array) -> RiccatiSolution:
     return RiccatiSolution(size * X / outer, gain, residual)
 
 
+def solve_lyapunov(A: Array, Q: Array) -> Array:
+    """Return the solution of AX + XAᵀ = Q, whose accuracy the caller looks after.
+
+    Parameters
+    ----------
+    A, Q : ndarray, shape (n, n)
+    """
+    with warnings.catch_warnings():
+        # "An eigenvalue pair whose sum is near zero": so it is beside one that is far away.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.asarray(solve_continuous_lyapunov(A, Q), dtype=float)
+
+
 # With a residual so small a solution is as good as rounding lets it be.
 _SOLVED = 1e-13
 
@@ -105,10 +118,7 @@ def _refined(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
     The eigenvectors of a lightly damped plant leave a residual of up to 1e-7 behind, a
     Lyapunov equation with the closed loop removes it.
     """
-    with warnings.catch_warnings():
-        # "An eigenvalue pair whose sum is near zero": so it is beside one that is far away.
-        warnings.simplefilter("ignore", RuntimeWarning)
-        step = solve_continuous_lyapunov((A - B @ B.T @ X).T, -_riccati_defect(A, B, Q, X)[0])
+    step = solve_lyapunov((A - B @ B.T @ X).T, -_riccati_defect(A, B, Q, X)[0])
     X = X + (step + step.T) / 2
     defect, largest = _riccati_defect(A, B, Q, X)
     return X, float(np.linalg.norm(defect) / largest) if largest else 0.0

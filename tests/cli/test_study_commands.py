@@ -230,7 +230,8 @@ def test_a_study_of_too_many_designs_is_refused_at_once(study: Path, tmp_path: P
     study.write_text(STUDY.replace("[0.0, 1.0]", ratios + "\npayload_ratios = " + ratios, 1))
     done = slewctl("study", study, "--out", tmp_path / "out")
     assert done.returncode == 2
-    assert "36,000,000 designs are too many for a study; keep at most 1,000,000" in done.stderr
+    told = ": grid.0: 36,000,000 designs are too many for a study; keep at most 1,000,000"
+    assert told in done.stderr
     assert done.stderr.count("\n") == 1
 
 

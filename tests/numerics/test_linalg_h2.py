@@ -96,3 +96,11 @@ def test_cost_is_quadratic_and_additive() -> None:
     together = h2_cost(A, B, np.vstack([2 * C, other])).value
     apart = 4 * h2_cost(A, B, C).value + h2_cost(A, B, other).value
     assert together == pytest.approx(apart, rel=1e-13)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_pole_far_away_warns_nobody() -> None:
+    """What scipy warns of is what the two Gramians are compared for."""
+    slow, fast = 1e-17, 1.0
+    found = h2_cost(np.diag([-slow, -fast]), np.array([[0.0], [1.0]]), np.array([[0.0, 1.0]]))
+    assert found.value == pytest.approx(1 / (2 * fast), rel=1e-12)

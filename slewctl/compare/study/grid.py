@@ -134,7 +134,7 @@ class Grid:
                 raise InputError(
                     f"{shown(values)} is not a list of values", where=axis, remedy="give a list"
                 )
-        _check_size(Grid.__len__(self))  # len() itself would overflow
+        _check_size(Grid.__len__(self), "")  # len() itself would overflow
         for axis in self.__dataclass_fields__:
             object.__setattr__(self, axis, tuple(getattr(self, axis)))
         for axis, check in _CHECKS.items():
@@ -172,11 +172,11 @@ class Grid:
         return math.prod(len(getattr(self, axis)) for axis in self.__dataclass_fields__)
 
 
-def _check_size(points: int) -> None:
+def _check_size(points: int, where: str) -> None:
     if points > MOST_POINTS:
         raise InputError(
             f"{points:,} designs are too many for a study",
-            where="grid",
+            where=where,
             remedy=f"keep at most {MOST_POINTS:,}: fewer values, or several studies",
         )
 
@@ -252,7 +252,7 @@ class Study:
                 where="truth.modes",
                 remedy=f"keep at least {2 * largest}",
             )
-        _check_size(sum(map(len, self.grids)))
+        _check_size(sum(map(len, self.grids)), "grid")
 
     def points(self) -> Iterator[Point]:
         """Yield every point once, without a memory of those before."""
