@@ -13,6 +13,9 @@ from slewctl._types import Array, IntArray
 from slewctl.basis.contract import Basis, Growth
 from slewctl.errors import InputError, check_number, shown
 
+# Shapes at more points are not kept for the next one to ask, since they would fill the memory.
+_KEPT = 100_000
+
 
 @dataclass(frozen=True)
 class Polynomial(Basis):
@@ -135,7 +138,8 @@ class Polynomial(Basis):
     def _placed(self, xi: Array, derivative: int) -> _Placed:
         """Return the points by panel; the same few are asked for again and again."""
         points = np.ascontiguousarray(xi, dtype=float).tobytes()
-        return _placed(points, self.edges, self._terms, derivative)
+        place = _placed if len(xi) * self._terms <= _KEPT else _placed.__wrapped__
+        return place(points, self.edges, self._terms, derivative)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
 from slewctl._types import Array, ComplexArray
 
@@ -178,6 +177,7 @@ def _aligned(M: ComplexArray) -> Array:
 
 def _climbed(M: ComplexArray, start: Array) -> Array:
     """Return phases at which ρ(MU) has a local maximum, the last one fixed."""
+    from scipy.optimize import minimize  # slow to load: not before it is wanted
 
     def descent(turns: Array) -> tuple[float, Array]:
         MU = M * np.exp(1j * np.append(turns, 0.0))
