@@ -23,6 +23,9 @@ from slewctl.loop import Crossing, Margins, SlewSummary
 from slewctl.loop.noise import NoiseLevels
 from slewctl.loop.single.sensitivity import bandwidth
 
+# Kinds of quantities that limits and noise weigh, and why there are none without.
+WEIGHTED = ("cost", "noise")
+UNWEIGHTED = "no limits and noise are given"
 # Verdicts rest on a truth whose frequencies are known this well, relative.
 TRUTH_TOLERANCE = 1e-6
 
@@ -138,6 +141,8 @@ def read(judgement: Judgement, name: str) -> Reading:
         hertz = judgement.unstable_hz[0]
         value = 0.0 if quantity.kind == "stability" else math.nan
         return Reading(value, hertz, note=f"unstable at {hertz:.4g} Hz")
+    if quantity.kind in WEIGHTED and not judgement.loop.objective.weighted:
+        return Reading(math.nan, note=UNWEIGHTED)
     if quantity.kind == "slew":
         try:
             beyond = judgement.saturation

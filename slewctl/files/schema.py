@@ -125,8 +125,9 @@ class ControllerTable(Table):
     model_config = ConfigDict(extra="allow", strict=True, frozen=True)
 
     method: str
-    limits: dict[str, Positive]
-    noise: dict[str, Positive]
+    # Every method but a given law needs both; the reader knows.
+    limits: dict[str, Positive] | None = None
+    noise: dict[str, Positive] | None = None
 
 
 class SlewTable(Table):
@@ -156,7 +157,8 @@ class DesignTable(Table):
     written_for: str = Field(DESIGN_SCHEMA, alias="schema")
     title: str = ""
     arm: ArmTable
-    model: ModelTable
+    # Needed by every method but a given law; the reader knows.
+    model: ModelTable | None = None
     controller: ControllerTable
     # Needed by what is read from a slew alone; the reader knows.
     slew: SlewTable | None = None
