@@ -99,7 +99,8 @@ def _from_json(content: bytes) -> dict[str, Any]:
 
 def _to_npz(data: Mapping[str, Any]) -> bytes:
     buffer = io.BytesIO()
-    np.savez(buffer, **{name: np.asarray(value) for name, value in data.items()})
+    arrays: dict[str, Any] = {name: np.asarray(value) for name, value in data.items()}
+    np.savez(buffer, **arrays)
     return buffer.getvalue()
 
 
@@ -113,7 +114,7 @@ def _to_mat(data: Mapping[str, Any]) -> bytes:
 
     buffer = io.BytesIO()
     told = {name: _cells(value) for name, value in data.items()}
-    savemat(buffer, told)
+    savemat(buffer, told)  # type: ignore[arg-type]  # the stubs know no open file
     return _undated(buffer.getvalue())
 
 
@@ -133,7 +134,7 @@ def _from_mat(content: bytes) -> dict[str, Any]:
     from scipy.io.matlab import MatReadError
 
     try:
-        found = loadmat(io.BytesIO(content), chars_as_strings=True)
+        found = loadmat(io.BytesIO(content), chars_as_strings=True)  # type: ignore[arg-type]
     except MatReadError as error:
         raise ValueError(str(error)) from error
     return {name: _bare(value) for name, value in found.items() if not name.startswith("__")}

@@ -67,12 +67,6 @@ def is_system(value: object) -> bool:
 def _bare(system: System, objective: Objective) -> Controller:
     """Return a user's own system; without names its signals are the objective's, in order."""
     light = state_space(system, "close")
-    names = {
-        key: value
-        for key, value, own in (
-            ("inputs", objective.sensors, light.input_labels),
-            ("output", objective.actuator, light.output_labels),
-        )
-        if nameless(own)
-    }
-    return given(light, feedback="positive", **names)
+    inputs = objective.sensors if nameless(light.input_labels) else None
+    output = objective.actuator if nameless(light.output_labels) else None
+    return given(light, feedback="positive", inputs=inputs, output=output)

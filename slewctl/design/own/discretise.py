@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.linalg import eigvals
 
+from slewctl._types import Array, ComplexArray
 from slewctl.design.coordinates import balanced
 from slewctl.design.own.zeros_poles import cascade
 from slewctl.errors import InputError, check_choice, check_positive
@@ -62,9 +64,10 @@ def discretised(
     return _held(system, T) if rule == "zoh" else _trapezoidal(system, T, prewarp_hz)
 
 
-def _like(system: LinearSystem, matrices: tuple[np.ndarray, ...], T: float) -> LinearSystem:
+def _like(system: LinearSystem, matrices: Sequence[Array], T: float) -> LinearSystem:
+    A, B, C, D = matrices
     return LinearSystem(
-        *matrices, T, inputs=system.input_labels, outputs=system.output_labels, name=system.name
+        A, B, C, D, T, inputs=system.input_labels, outputs=system.output_labels, name=system.name
     )
 
 
@@ -92,14 +95,14 @@ def _by_scipy(system: LinearSystem, T: float, step: float, method: str) -> Linea
     if not system.nstates:
         return _like(system, system.matrices, T)
     try:
-        *found, _ = cont2discrete(system.matrices, step, method)
+        *found, _ = cont2discrete(system.matrices, step, method)  # type: ignore[call-overload]
     except np.linalg.LinAlgError:
         raise InputError(
             f"the law has a pole at {2 / step:g} rad/s, which the rule sends to infinity",
             where="discretise",
             remedy="sample faster",
         ) from None
-    return _like(system, tuple(found), T)
+    return _like(system, found, T)
 
 
 def _matched(system: LinearSystem, T: float) -> LinearSystem:
@@ -110,13 +113,13 @@ def _matched(system: LinearSystem, T: float) -> LinearSystem:
             remedy='use "tustin" or "zoh"',
         )
     zeros, gain = _zeros(system)
-    poles = np.linalg.eigvals(system.A)
+    poles = system.poles()
     return matched_zpk(zeros, poles, gain, T).named(
         system.input_labels, system.output_labels, name=system.name
     )
 
 
-def _zeros(system: LinearSystem) -> tuple[np.ndarray, float]:
+def _zeros(system: LinearSystem) -> tuple[ComplexArray, float]:
     """Return the finite zeros of a system of one input, and its gain k s^(-r) far out.
 
     How many there are is read off the first Markov parameter that is not zero, since an
@@ -139,10 +142,11 @@ def _zeros(system: LinearSystem) -> tuple[np.ndarray, float]:
     alone[: len(A), : len(A)] = np.eye(len(A))
     found = eigvals(whole, alone)
     found = np.where(np.isfinite(found), found, np.inf)
-    return found[np.argsort(np.abs(found))][: len(A) - relative], float(gain)
+    finite = found[np.argsort(np.abs(found))][: len(A) - relative]
+    return finite.astype(complex), float(gain)
 
 
-def matched_zpk(zeros: np.ndarray, poles: np.ndarray, gain: float, T: float) -> LinearSystem:
+def matched_zpk(zeros: ComplexArray, poles: ComplexArray, gain: float, T: float) -> LinearSystem:
     """Return the sampled system of mapped zeros and poles, with the continuous one's low gain."""
     z_zeros = np.concatenate([np.exp(zeros * T), -np.ones(len(poles) - len(zeros))])
     z_poles = np.exp(poles * T)

@@ -15,7 +15,7 @@ from slewctl.numerics.linear_system import LinearSystem
 _REAL = 1e-12
 
 
-def cascade(zeros: Array, poles: Array, gain: float, dt: float = 0.0) -> LinearSystem:
+def cascade(zeros: ComplexArray, poles: ComplexArray, gain: float, dt: float = 0.0) -> LinearSystem:
     """Return gain·Π(s − z)/Π(s − p) as sections of at most second order in series.
 
     Roots never become one long polynomial, whose coefficients would lose them.
@@ -38,7 +38,7 @@ def cascade(zeros: Array, poles: Array, gain: float, dt: float = 0.0) -> LinearS
     return whole
 
 
-def _factors(roots: Array) -> list[Array]:
+def _factors(roots: ComplexArray) -> list[Array]:
     """Return real polynomials of second order, and one of first if their number is odd."""
     turning = np.abs(roots.imag) > _REAL * np.abs(roots)
     pairs = [np.array([1.0, -2 * r.real, abs(r) ** 2]) for r in roots[turning & (roots.imag > 0)]]
