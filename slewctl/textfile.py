@@ -30,6 +30,16 @@ def read_text(path: Path, *, most: int = MOST_BYTES) -> str:
         If the file cannot be read, is a folder, a pipe or a device, is larger than `most`, or
         is not UTF-8.
     """
+    data = read_bytes(path, most=most)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        what = f"cannot be read: it is not UTF-8 text (byte {error.start})"
+        raise _refused(path, what, "save it as UTF-8") from error
+
+
+def read_bytes(path: Path, *, most: int = MOST_BYTES) -> bytes:
+    """Return the bytes of an ordinary file; as `read_text`, whatever they mean."""
     try:
         data = _read(path, most)
     except FileNotFoundError:
@@ -39,11 +49,25 @@ def read_text(path: Path, *, most: int = MOST_BYTES) -> str:
         raise _refused(path, f"cannot be read: {reason}", "check the path") from error
     if len(data) > most:
         raise _refused(path, f"is larger than {most / 1e6:g} MB", "give less")
+    return data
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file beside its place and rename it: there is the old one or the new one.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        what = f"cannot be read: it is not UTF-8 text (byte {error.start})"
-        raise _refused(path, what, "save it as UTF-8") from error
+        beside.write_bytes(content)
+        os.replace(beside, path)
+    except OSError as error:
+        raise _refused(path, f"cannot be written: {error.strerror}", "check the path") from error
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def _read(path: Path, most: int) -> bytes:

@@ -174,6 +174,21 @@ def _refuse_idle(context: click.Context) -> None:
         raise click.UsageError("--all means nothing with --quiet.", context)
 
 
+@cli.command("design")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--out", required=True, type=click.Path(path_type=Path, dir_okay=False),
+              metavar="FILE", help="Where to write it: .json, .mat or .npz.")  # fmt: skip
+@click.pass_context
+def design_command(context: click.Context, design: Path, out: Path) -> None:
+    """Write the controller of DESIGN (a TOML file) to a file, as data.
+
+    It is written whether its own checks pass or not; the exit status is 1 where they do not.
+    """
+    from slewctl.cli.designing import write_design
+
+    context.exit(write_design(design, out))
+
+
 @cli.command("study")
 @click.argument("file", type=click.Path(path_type=Path))
 @OUT_FOLDER

@@ -15,9 +15,9 @@ from slewctl.compare.case import Case
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.ladder import Ladder, climb, steps
-from slewctl.compare.quantities import RECORDED
+from slewctl.compare.quantities import RECORDED, UNWEIGHTED
 from slewctl.compare.reading import row
-from slewctl.errors import SlewctlError
+from slewctl.errors import InputError, SlewctlError
 from slewctl.loop import SlewResponse
 from slewctl.loop.curves import curve, nichols_line
 from slewctl.model import Model, beam_inertia
@@ -282,6 +282,12 @@ def _quiet(_: str) -> None:
 
 
 def _compare_one(case: Case, progress: Progress) -> CaseResult:
+    if not case.objective.weighted:
+        raise InputError(
+            f"{UNWEIGHTED}, and a comparison is one of costs",
+            where="controller.limits",
+            remedy="add limits and noise",
+        )
     judge = Judge(case)
     evaluations: list[Evaluation] = []
     refused: list[Refusal] = []

@@ -21,6 +21,9 @@ from slewctl.loop import Crossing, Margins, SlewSummary
 from slewctl.loop.noise import NoiseLevels
 from slewctl.loop.single.sensitivity import bandwidth
 
+# Kinds of quantities that limits and noise weigh, and why there are none without.
+WEIGHTED = ("cost", "noise")
+UNWEIGHTED = "no limits and noise are given"
 # Verdicts rest on a truth whose frequencies are known this well, relative.
 TRUTH_TOLERANCE = 1e-6
 

@@ -6,7 +6,7 @@ import math
 
 from slewctl._threads import single_threaded
 from slewctl.compare.judgement import Judgement
-from slewctl.compare.quantities import QUANTITIES, Reading
+from slewctl.compare.quantities import QUANTITIES, UNWEIGHTED, WEIGHTED, Reading
 from slewctl.errors import AccuracyError
 
 
@@ -40,6 +40,8 @@ def read(judgement: Judgement, name: str) -> Reading:
         hertz = judgement.unstable_hz[0]
         value = 0.0 if quantity.kind == "stability" else math.nan
         return Reading(value, hertz, note=f"unstable at {hertz:.4g} Hz")
+    if quantity.kind in WEIGHTED and not judgement.loop.objective.weighted:
+        return Reading(math.nan, note=UNWEIGHTED)
     if quantity.kind == "slew":
         try:
             beyond = judgement.saturation

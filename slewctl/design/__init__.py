@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from slewctl.design.lmi.payload import payload_lmi
     from slewctl.design.lmi.variance_bound import variance_bound
     from slewctl.design.methods import METHODS, options
+    from slewctl.design.own.given_controller import fitted, given
     from slewctl.design.placement.assignment import PoleSensitivity, pole_sensitivity
     from slewctl.design.placement.pole_placement import place, place_observer, pole_placement
-    from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished, given
+    from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished
     from slewctl.design.riccati.gains import QuadraticGain, dlqe, dlqr, kalman, lqr
     from slewctl.design.riccati.h2syn import h2syn
     from slewctl.design.riccati.lqg import lqg
@@ -39,6 +40,7 @@ __all__ = [
     "dlqe",
     "dlqr",
     "finished",
+    "fitted",
     "given",
     "h2_estimator",
     "h2_hinf",

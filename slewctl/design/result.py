@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -20,14 +22,14 @@ from slewctl.design.reference import (
     rigid_readings,
     rigid_reference,
 )
-from slewctl.errors import InputError, check_nonnegative, shown
+from slewctl.design.stored import to_data
+from slewctl.errors import InputError
+from slewctl.export import write_data
 from slewctl.numerics.h2_norm import H2Cost
 from slewctl.numerics.linear_system import (
     LinearSystem,
     WithSystem,
-    clock_unknown,
     holding_light,
-    linear,
 )
 from slewctl.plant import GeneralisedPlant
 
@@ -225,6 +227,22 @@ class Controller(WithSystem):
             )
         return with_reference(self.linear, self.reference).to_control()
 
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the controller as data; ``slewctl.given(file=…)`` reads it to the last bit.
+
+        Parameters
+        ----------
+        path : path
+            Ending in ``.json``, ``.mat`` or ``.npz``.
+
+        Raises
+        ------
+        InputError
+            For another ending, or a file that cannot be written.
+        """
+        stored = to_data(self.linear, self.method, self.delay, self.reference, self.state_scale)
+        write_data(Path(path), stored)
+
 
 def with_reference(system: LinearSystem, reference: Reference) -> LinearSystem:
     """Return a controller with ``theta_ref`` as its last input."""
@@ -239,53 +257,6 @@ def with_reference(system: LinearSystem, reference: Reference) -> LinearSystem:
         states=list(system.state_labels),
         name=f"{system.name}_tracking",
     )
-
-
-def given(system: control.StateSpace, delay: float = 0.0) -> Controller:
-    """Return a controller that was designed elsewhere, so that a loop can judge it.
-
-    Parameters
-    ----------
-    system : control.StateSpace
-        From the sensors to the actuator, by name, connected with a plus sign; continuous, or
-        sampled with its sample time in s.
-    delay : float
-        Of a sampled one: time in s from a sample to the torque computed from it.
-
-    Returns
-    -------
-    Controller
-
-    Raises
-    ------
-    InputError
-        For a sampled system without its sample time, or a delay of a continuous one.
-
-    Examples
-    --------
-    >>> import control
-    >>> from slewctl.design import given
-    >>> sensors = ["theta", "theta_dot"]
-    >>> K = control.ss([], [], [], [[-2.0, -1.0]], inputs=sensors, outputs=["torque"])
-    >>> given(K).sensors
-    ('theta', 'theta_dot')
-    """
-    light = linear(system)
-    if light is None:
-        raise InputError(
-            "the system's sample time is not known"
-            if clock_unknown(system)
-            else f"{shown(system)} is no control.StateSpace",
-            where="given",
-            remedy="give a control.StateSpace, with dt in seconds if it is sampled",
-        )
-    if check_nonnegative(delay, "delay") > 0 and not light.dt:
-        raise InputError(
-            "a continuous controller has no computational delay",
-            where="delay",
-            remedy="put the delay into the system, or sample it",
-        )
-    return Controller(system, "given", {}, math.nan, Certificate(()), delay=float(delay))
 
 
 def finished(

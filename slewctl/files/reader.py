@@ -17,6 +17,14 @@ from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import arm_of_table
 from slewctl.files.faults import Faults, missing
 from slewctl.files.find import find_designs, name_designs, refuse_study
+from slewctl.files.given_law import (
+    GIVEN,
+    beside,
+    digest_beside,
+    missing_of,
+    read_given,
+    refuse_unweighted,
+)
 from slewctl.files.refusals import validate_each
 from slewctl.files.schema import DESIGN_SCHEMA, MOST_SIGNALS, ArmTable, ControllerTable, DesignTable
 from slewctl.files.source import Source, read_source
@@ -46,6 +54,8 @@ class DesignFile:
         The arms on which the same controller is judged as well.
     source : Source
         The file's text, and the lines of its keys.
+    beside : str
+        A digest of the file that holds a given controller; empty where there is none.
     """
 
     path: Path
@@ -53,6 +63,12 @@ class DesignFile:
     requirements: Mapping[str, float | bool]
     variations: tuple[Variation, ...]
     source: Source
+    beside: str = ""
+
+    @property
+    def text(self) -> str:
+        """All that the design is made of: the file's text, and a digest of the law beside it."""
+        return f"{self.source.text}\0{self.beside}" if self.beside else self.source.text
 
 
 def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile:
@@ -145,11 +161,13 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     _check_schema(source.content)
     faults = Faults()
     tables = validate_each(source.content, DesignTable, faults)
+    method = tables.get("controller", {}).get("method")
+    missing_of(method, source.content, faults)
     requirements = tables.get("requirements", {})
     for required, limit in requirements.items():
         faults.attempt(check_limits, {required: limit})
     arm = _arm(source.content, tables, faults)
-    keys = _parts_of_case(source.content, tables, arm, faults)
+    keys = _parts_of_case(source, tables, arm, faults)
     tried = tables.get("variations", {})
     common = {} if faults else requirements
     variations = faults.attempt(read_variations, tried, arm or _stand_in(), common) or ()
@@ -158,8 +176,11 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     if needs_slew and "slew" not in source.content:
         faults.add([missing("slew")])
     faults.tell()
+    if not keys["objective"].weighted:
+        refuse_unweighted(name for limits in asked for name in limits)
     case = Case(name=name, title=tables["title"], source=str(source.path), **keys)
-    return DesignFile(source.path, case, requirements, variations, source)
+    beside = digest_beside(source.path, case.options) if method == GIVEN else ""
+    return DesignFile(source.path, case, requirements, variations, source, beside)
 
 
 def _arm(content: Mapping[str, Any], tables: Mapping[str, Any], faults: Faults) -> Arm | None:
@@ -194,18 +215,22 @@ def _stand_in() -> Arm:
 
 
 def _parts_of_case(
-    content: Mapping[str, Any], tables: Mapping[str, Any], arm: Arm | None, faults: Faults
+    source: Source, tables: Mapping[str, Any], arm: Arm | None, faults: Faults
 ) -> dict[str, Any]:
     """Return what a case is made of; each part is tried alone, so that none hides another."""
+    content = source.content
     keys: dict[str, Any] = {"arm": arm or _stand_in(), "objective": Objective(_HALF, _HALF)}
     groups: list[dict[str, Any]] = []
     controller = tables.get("controller", {})
-    if controller:
+    is_given = controller.get("method") == GIVEN
+    weighted = not is_given or any(key in content["controller"] for key in _OF_CONTROL)
+    if controller and weighted:
         limits, noise = (_named(content["controller"], controller, key) for key in _OF_CONTROL)
         keys["objective"] = faults.attempt(_objective, limits, noise, arm) or keys["objective"]
     if "method" in controller:
         method = controller["method"]
         options = {key: controller[key] for key in controller if key not in _OBJECTIVE}
+        options = beside(source.path, options) if is_given else options
         groups += [{"method": method, "options": {key: options[key]}} for key in options]
         groups.append({"method": method, "options": options})
     model, compare = tables.get("model", {}), tables.get("compare", {})
@@ -218,6 +243,11 @@ def _parts_of_case(
     for group in groups:
         faults.attempt(Case, **alone, **group)
         keys |= group
+    if is_given and not faults:
+        stated = keys["objective"] if weighted else None
+        keys["objective"] = faults.attempt(read_given, keys["options"], stated, arm)
+        # A law that was made elsewhere has no design on other bases beside it.
+        keys = {"bases": (), "orders": (), **keys}
     if "slew" in tables:
         keys["slew"] = faults.attempt(_slew, tables["slew"])
     return keys
@@ -225,7 +255,7 @@ def _parts_of_case(
 
 def _named(content: Mapping[str, Any], right: Mapping[str, Any], key: str) -> Mapping[str, float]:
     """Return limits or noise; where a value is wrong, their names are looked at all the same."""
-    if key in right:
+    if right.get(key) is not None:
         return right[key]
     given = content.get(key)
     if not isinstance(given, dict) or not 0 < len(given) <= MOST_SIGNALS:

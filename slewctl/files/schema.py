@@ -199,24 +199,23 @@ class ControllerTable(Table):
     model_config = ConfigDict(extra="allow", strict=True, frozen=True)
 
     method: Annotated[str, _told("text", "the design method; its options stand beside it", "lqg")]
+    # Every method but a given law needs both; the reader knows.
     limits: Annotated[
-        dict[str, Positive],
-        Field(max_length=MOST_SIGNALS),
+        Annotated[dict[str, Positive], Field(max_length=MOST_SIGNALS)] | None,
         _told(
             "table",
             "largest acceptable value of each signal, in its own unit",
             {"tip": 0.03, "torque": 1.0},
         ),
-    ]
+    ] = None
     noise: Annotated[
-        dict[str, Positive],
-        Field(max_length=MOST_SIGNALS),
+        Annotated[dict[str, Positive], Field(max_length=MOST_SIGNALS)] | None,
         _told(
             "table",
             "white noise of the actuator and of each sensor, in its own unit per √Hz",
             {"torque": 0.1, "theta": 0.01},
         ),
-    ]
+    ] = None
 
 
 class SlewTable(Table):
@@ -260,10 +259,11 @@ class DesignTable(Table):
     arm: Annotated[
         ArmTable, _told("table", "the arm", {"catalogue": "paper-beam", "damping_ratio": 0.005})
     ]
+    # Needed by every method but a given law; the reader knows.
     model: Annotated[
-        ModelTable,
+        ModelTable | None,
         _told("table", "what the design is made on", {"basis": "slewing", "n": 2}),
-    ]
+    ] = None
     controller: Annotated[
         ControllerTable,
         _told(

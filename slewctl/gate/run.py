@@ -123,7 +123,7 @@ def check_file(
     skipped = skip_unchanged(design, baseline) if changed_only else None
     if skipped is not None:
         return skipped
-    accepted = baseline.accepted(path, digest(design.source.text))
+    accepted = baseline.accepted(path, digest(design.text))
     return examine(design, accepted.arms if accepted else {})
 
 
@@ -160,7 +160,7 @@ def skip_unchanged(design: DesignFile, baseline: Baseline) -> DesignResult | Non
     >>> skip_unchanged(read_design(path), Baseline(Path("accepted.json"), {})) is None
     True
     """
-    text = design.source.text
+    text = design.text
     accepted = baseline.accepted(design.path, digest(text))
     mark = fingerprint(text)
     if accepted is None or accepted.fingerprint != mark:
@@ -228,8 +228,8 @@ def examine(
         design.path,
         tuple(findings),
         recorded,
-        fingerprint=fingerprint(design.source.text),
-        digest=digest(design.source.text),
+        fingerprint=fingerprint(design.text),
+        digest=digest(design.text),
         **refused,
         seconds=time.perf_counter() - start,
     )

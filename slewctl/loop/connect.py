@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from slewctl._threads import single_threaded
-from slewctl.design import Controller, given
+from slewctl.design import Controller, fitted, given
 from slewctl.errors import InputError, shown
 from slewctl.loop.closed import Loop
+from slewctl.loop.parts import System, state_space
 from slewctl.loop.sampled import SampledLoop
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
-from slewctl.numerics.linear_system import clock_unknown, linear
+from slewctl.numerics.linear_system import LinearSystem, nameless, of_kind
 from slewctl.plant import Objective
-
-if TYPE_CHECKING:
-    import control
 
 
 @single_threaded
 def close(
-    model: Model, objective: Objective, controller: Controller | control.StateSpace
+    model: Model, objective: Objective, controller: Controller | System
 ) -> Loop | SampledLoop:
     """Return the loop of `controller` around `model`, judged by `objective`.
 
@@ -28,10 +24,11 @@ def close(
     ----------
     model : Model
     objective : Objective
-    controller : Controller or control.StateSpace
-        A design's result, or a system of your own from the objective's sensors to its
-        actuator, by name; it is connected with a plus sign.  If it has a sample time the
-        loop is a `SampledLoop`; a computational delay can be given by `slewctl.design.given`.
+    controller : Controller, control.StateSpace or control.TransferFunction
+        A design's result; or a system of your own from sensors of the objective to its
+        actuator, by name, or by position where it has no names; it is connected with a plus
+        sign.  If it has a sample time the loop is a `SampledLoop`; another sign or a
+        computational delay can be given by `slewctl.given`.
 
     Returns
     -------
@@ -61,27 +58,32 @@ def close(
             where="close",
             remedy="give model, objective and controller in this order",
         )
-    if linear(controller) is not None or clock_unknown(controller):
-        controller = given(controller)
     if not isinstance(controller, Controller):
-        raise InputError(
-            f"{shown(controller)} is no controller",
-            where="close",
-            remedy="give a Controller, or a control.StateSpace with named signals",
-        )
-    commanded = controller.linear.output_labels[0]
-    if commanded != objective.actuator:
-        raise InputError(
-            f"the controller commands {commanded!r}, the objective limits {objective.actuator!r}",
-            where="close",
-            remedy="use the objective that the controller was designed for",
-        )
-    if controller.sensors != objective.sensors:
-        raise InputError(
-            f"the controller takes {list(controller.sensors)}, the objective measures "
-            f"{list(objective.sensors)}",
-            where="close",
-            remedy="use the objective that the controller was designed for",
-        )
+        if not is_system(controller):
+            raise InputError(
+                f"{shown(controller)} is no controller",
+                where="close",
+                remedy="give a Controller, or a system of python-control",
+            )
+        controller = _bare(controller, objective)
+    try:
+        controller = fitted(controller, objective.sensors, objective.actuator)
+    except InputError as error:
+        raise error.at("close") from error
     kind = SampledLoop if controller.sample_time else Loop
     return kind(model, objective, controller)
+
+
+def is_system(value: object) -> bool:
+    """Return whether a user gave a system, of python-control or of slewctl."""
+    return isinstance(value, LinearSystem) or any(
+        of_kind(value, kind) for kind in ("StateSpace", "TransferFunction")
+    )
+
+
+def _bare(system: System, objective: Objective) -> Controller:
+    """Return a user's own system; without names its signals are the objective's, in order."""
+    light = state_space(system, "close")
+    inputs = objective.sensors if nameless(light.input_labels) else None
+    output = objective.actuator if nameless(light.output_labels) else None
+    return given(light, feedback="positive", inputs=inputs, output=output)

@@ -7,7 +7,6 @@ sign is that of `control.feedback`: −1 unless told otherwise, +1 with a `Contr
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
@@ -19,7 +18,7 @@ from slewctl.design import Controller
 from slewctl.errors import InputError, shown
 from slewctl.numerics.frequency_response import sample_time
 from slewctl.numerics.given_system import read_system, static
-from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.linear_system import LinearSystem, nameless
 from slewctl.plant import GeneralisedPlant
 
 if TYPE_CHECKING:
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
 
 System: TypeAlias = "LinearSystem | control.StateSpace | control.TransferFunction"
 Plant: TypeAlias = "GeneralisedPlant | System"
-# What python-control calls signals that were given no name.
-_NAMELESS = re.compile(r"[uy]\[\d+\]")
 
 
 def state_space(system: object, where: str) -> LinearSystem:
@@ -108,7 +105,7 @@ def arranged(
 
 def order(names: Sequence[str], wanted: Sequence[str], where: str) -> list[int]:
     """Return where each wanted name stands among `names`; see `arranged`."""
-    if any(all(_NAMELESS.fullmatch(name) for name in side) for side in (names, wanted)):
+    if any(nameless(side) for side in (names, wanted)):
         return list(range(len(wanted)))
     if sorted(names) != sorted(wanted):
         raise InputError(

@@ -6,6 +6,7 @@ python-control takes two seconds to load.  Everything inside computes on `Linear
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     import control
 
 T = TypeVar("T")
+# What python-control calls signals that were given no name.
+_NAMELESS = re.compile(r"[uy]\[\d+\]")
 
 
 class LinearSystem:
@@ -142,6 +145,11 @@ def _labels(names: Sequence[str] | None, letter: str, count: int) -> tuple[str, 
     if len(names) != count:
         raise ValueError(f"{len(names)} names for {count} signals")
     return tuple(names)
+
+
+def nameless(names: Sequence[str]) -> bool:
+    """Return whether signals have no names but those that python-control gives."""
+    return all(_NAMELESS.fullmatch(name) for name in names)
 
 
 def of_kind(system: object, kind: Literal["StateSpace", "TransferFunction"]) -> bool:

@@ -7,7 +7,7 @@ from slewctl._lazy import attach
 if TYPE_CHECKING:
     from slewctl.plant.arm_problem import generalised_plant
     from slewctl.plant.nonlinear import nonlinear_system
-    from slewctl.plant.objective import Objective
+    from slewctl.plant.objective import Objective, signals_alone
     from slewctl.plant.problem import GeneralisedPlant, check_plant, ill_posed
     from slewctl.plant.reduced import Reduced
     from slewctl.plant.reduction import balanced_truncation, modal_truncation
@@ -41,6 +41,7 @@ __all__ = [
     "nonlinear_system",
     "sampled_plant",
     "signal",
+    "signals_alone",
     "split_delay",
     "state_space",
 ]

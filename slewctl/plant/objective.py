@@ -24,6 +24,8 @@ class Objective:
         Square root of the two-sided spectral density of the torque disturbance on the hub
         (N·m/√Hz), whatever the actuator, and of each sensor's noise (its unit/√Hz).  The
         sensors named here are the measurements.
+    weighted : bool
+        False where limits and noise only name the signals; see `signals_alone`.
 
     Raises
     ------
@@ -41,6 +43,8 @@ class Objective:
 
     limits: Mapping[str, float]
     noise: Mapping[str, float]
+    # False where they only name the signals: then nothing that is weighted by them has a meaning.
+    weighted: bool = True
 
     def __post_init__(self) -> None:
         for name in ("limits", "noise"):
@@ -80,6 +84,12 @@ class Objective:
     def sensors(self) -> tuple[str, ...]:
         """The outputs that are measured."""
         return tuple(name for name in self.noise if name != TORQUE)
+
+
+def signals_alone(sensors: Sequence[str], actuator: str) -> Objective:
+    """Return an objective that says what is measured and commanded, and weighs nothing."""
+    limits = {"tip": 1.0, actuator: 1.0}
+    return Objective(limits, {TORQUE: 1.0, **dict.fromkeys(sensors, 1.0)}, weighted=False)
 
 
 def _check_inputs(named: Sequence[str], where: str) -> None:

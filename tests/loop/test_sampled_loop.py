@@ -277,7 +277,9 @@ def test_own_sampled_controller_with_a_delay() -> None:
     bears = prompt.margins.delay_s.value
     assert 0.02 < bears < 0.18
     for k in range(10):
-        late = close(model, TWO_SENSORS, designed_elsewhere(pd, delay=0.02 * k))
+        late = close(
+            model, TWO_SENSORS, designed_elsewhere(pd, feedback="positive", delay=0.02 * k)
+        )
         assert late.stable == (0.02 * k < bears), k
 
 
@@ -287,7 +289,7 @@ def test_clock_that_is_not_known_is_refused() -> None:
         close(assemble(uniform_arm(), ClampedFree(1)), OBJECTIVE, unknown)
     continuous = control.StateSpace([], [], [], [[-1.0]], inputs=["theta"], outputs=["torque"])
     with pytest.raises(InputError, match="no computational delay"):
-        designed_elsewhere(continuous, delay=0.1)
+        designed_elsewhere(continuous, feedback="positive", delay=0.1)
 
 
 def test_case_with_a_sampled_design_is_evaluated() -> None:

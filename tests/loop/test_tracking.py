@@ -174,7 +174,7 @@ def test_a_controller_designed_elsewhere_is_given_the_error(
 def test_what_has_no_reference_says_so() -> None:
     system = control.StateSpace([], [], [], [[-1.0]], inputs=["theta"], outputs=["torque"])
     with pytest.raises(InputError, match="how the reference angle enters"):
-        _ = designed_elsewhere(system).tracking
+        _ = designed_elsewhere(system, feedback="positive").tracking
 
 
 def test_unstable_loop_follows_nothing() -> None:

@@ -76,6 +76,12 @@ def notch(omega: float, depth: float, width: float) -> Section:
     return Section((1.0, depth * width * omega, omega**2), (1.0, width * omega, omega**2))
 
 
+def lead_section(omega: float, phase: float) -> Section:
+    """Return (1 + s/z)/(1 + s/p) with its largest phase, in rad and below π/2, at ω."""
+    spread = math.sqrt((1 + math.sin(phase)) / (1 - math.sin(phase)))
+    return Section((spread**2, omega * spread), (1.0, omega * spread))
+
+
 def response(sections: Sequence[Section], s: complex) -> complex:
     """Return the response of filters in series at a point of the complex plane."""
     return math.prod((section.at(s) for section in sections), start=1.0 + 0j)

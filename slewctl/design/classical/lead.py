@@ -12,6 +12,7 @@ from slewctl.design.classical.filters import (
     Section,
     check_frequency,
     in_series,
+    lead_section,
     low_pass,
     not_used,
     picked,
@@ -128,5 +129,4 @@ def _lead(omega: float, phase: float) -> Section:
             where="phase_lead_deg",
             remedy="ask for less, or raise rolloff_hz",
         )
-    spread = math.sqrt((1 + math.sin(phase)) / (1 - math.sin(phase)))
-    return Section((spread**2, omega * spread), (1.0, omega * spread))
+    return lead_section(omega, phase)

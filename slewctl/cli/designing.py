@@ -1,0 +1,24 @@
+"""The command ``design``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from slewctl.cli.terminal import OUT
+from slewctl.compare import Judge
+from slewctl.files import read_design
+
+
+def write_design(design: Path, out: Path) -> int:
+    """Write the controller of a design file; return 1 where its own checks failed."""
+    file = read_design(design)
+    with file.source.computing():
+        _, controller = Judge(file.case).own
+    controller.save(out)
+    OUT.print(f"{controller!r} is written to {out}")
+    for line in controller.assumptions:
+        OUT.print(f"  {line}")
+    if controller.certificate.verified:
+        return 0
+    OUT.print(f"{controller.certificate}")
+    return 1

@@ -1,0 +1,124 @@
+"""Design files with a controller that was made elsewhere."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import slewctl as sc
+from slewctl.compare import Judge, compare
+from slewctl.errors import InputError
+from slewctl.files import read_design
+from slewctl.gate import check_file
+from tests.cli.command_line import slewctl as command
+
+ARM = '[arm]\ncatalogue = "quanser-flexible-link"\ndamping_ratio = 0.01\n'
+PID = 'method = "given"\npid = { kp = 14.0, kd = 0.6, filter_hz = 40.0 }\noutput = "voltage"\n'
+WEIGHTS = "limits = { tip = 0.03, voltage = 8.0 }\nnoise = { torque = 0.01, theta = 0.001 }\n"
+
+
+def write(folder: Path, controller: str, rest: str = "") -> Path:
+    path = folder / "design.toml"
+    path.write_text(f"{ARM}[controller]\n{controller}{rest}")
+    return path
+
+
+def law(folder: Path, **values: object) -> Path:
+    path = folder / "law.json"
+    data = {"num": [106.61, -95.804], "den": [1.0, -0.22826], "feedback": "negative",
+            "sample_time": 0.005, **values}  # fmt: skip
+    path.write_text(json.dumps(data))
+    return path
+
+
+def test_a_given_law_needs_no_model_and_no_weights(tmp_path: Path) -> None:
+    design = read_design(write(tmp_path, PID, "[requirements]\nphase_margin_deg = 30.0\n"))
+    judged = Judge(design.case).evaluate(*Judge(design.case).chosen).judgement
+    problem = sc.Problem(design.case.arm, limits={"tip": 1.0, "voltage": 1.0},
+                         noise={"torque": 1.0, "theta": 1.0})  # fmt: skip
+    K = sc.given(pid={"kp": 14.0, "kd": 0.6, "filter_hz": 40.0}, output="voltage")
+    phase = problem.judge(K).margins.phase_deg.value
+    assert judged.margins.phase_deg.value == pytest.approx(phase, rel=1e-9)
+
+
+def test_what_weights_say_is_not_read_without_them(tmp_path: Path) -> None:
+    path = write(tmp_path, PID, "[requirements]\nh2_loss_max = 0.1\n")
+    with pytest.raises(InputError, match=r"requirements\.h2_loss_max: no limits and noise"):
+        read_design(path)
+    with pytest.raises(InputError, match="no limits and noise are given"):
+        compare([read_design(write(tmp_path, PID)).case])
+
+
+def test_with_weights_a_law_is_compared_with_the_optimum(tmp_path: Path) -> None:
+    law(tmp_path, delay=0.005)
+    path = write(tmp_path, f'method = "given"\nfile = "law.json"\noutput = "voltage"\n{WEIGHTS}')
+    found = compare([read_design(path).case]).cases[0]
+    assert found.chosen.stable
+    assert found.chosen.loss is not None
+    assert found.chosen.loss > 0
+    assert len(found.evaluations) == 1
+
+
+def test_the_content_of_the_file_is_part_of_the_fingerprint(tmp_path: Path) -> None:
+    path = write(tmp_path, 'method = "given"\nfile = "law.json"\noutput = "voltage"\n')
+    law(tmp_path)
+    one = check_file(path)
+    again = check_file(path)
+    law(tmp_path, num=[106.62, -95.804])
+    other = check_file(path)
+    assert not one.error
+    assert (one.fingerprint, one.digest) == (again.fingerprint, again.digest)
+    assert one.fingerprint != other.fingerprint
+    assert one.digest != other.digest
+
+
+REFUSED = [
+    ('method = "given"\nfile = "none.json"\n', "controller.file: ", "there is no such file"),
+    ('method = "given"\nfile = 3\n', "design.toml:6: controller.file", "it is no path"),
+    ('method = "given"\npid = { kp = 1.0, kd = 1.0 }\n', "design.toml:6: controller.pid",
+     "the derivative needs filter_hz"),
+    ('method = "given"\npid = { kp = 1.0 }\ninputs = ["moment@900mm"]\n', "controller.inputs",
+     "beyond the tip"),
+    ('method = "given"\npid = { kp = 1.0 }\ninputs = ["theata"]\n', "controller.inputs",
+     "did you mean 'theta'?"),
+    ('method = "given"\npid = { kp = 1.0 }\nlimits = { tip = 1.0, torque = 1.0 }\n',
+     "controller.noise", "missing"),
+    ('method = "given"\npid = { kp = 1.0 }\ninputs = ["tip"]\noutput = "voltage"\n' + WEIGHTS,
+     "controller.inputs", "add the noise of tip"),
+    ('method = "given"\npid = { kp = 1.0 }\n' + WEIGHTS, "controller.output",
+     "commands 'torque'"),
+    ('method = "given"\npidd = { kp = 1.0 }\n', "controller.pidd", "did you mean 'pid'?"),
+    ('method = "given"\n', "controller.given", "no control law is given"),
+    ('method = "lqg"\n', "", "missing"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("controller", "place", "told"), REFUSED)
+def test_a_wrong_law_is_told_at_its_place(
+    tmp_path: Path, controller: str, place: str, told: str
+) -> None:
+    with pytest.raises(InputError) as refused:
+        read_design(write(tmp_path, controller))
+    assert place in str(refused.value)
+    assert told in str(refused.value)
+
+
+def test_a_file_that_lacks_a_part_is_told_with_what_it_holds(tmp_path: Path) -> None:
+    (tmp_path / "law.json").write_text('{"num": [1.0], "kept": 3}')
+    with pytest.raises(InputError, match="den is missing in it: it holds num, kept"):
+        read_design(write(tmp_path, 'method = "given"\nfile = "law.json"\n'))
+
+
+def test_design_writes_the_controller(tmp_path: Path) -> None:
+    path = write(tmp_path, PID)
+    out = tmp_path / "k.npz"
+    run = command("design", str(path), "--out", str(out))
+    assert run.returncode == 0, run.stderr
+    K = sc.given(file=out)
+    assert K.sensors == ("theta",)
+    assert K.linear.output_labels == ("voltage",)
+    wrong = command("design", str(path), "--out", str(tmp_path / "k.txt"))
+    assert wrong.returncode == 2
+    assert "unknown ending" in wrong.stderr
