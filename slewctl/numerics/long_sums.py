@@ -11,6 +11,7 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 
+# Of 53 digits 26 and 26 are left, and a sign (Dekker 1971, section 5).
 _SPLIT = 2.0**27 + 1
 
 

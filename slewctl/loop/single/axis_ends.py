@@ -22,6 +22,8 @@ _LARGE = 1e4
 # At the origin, and in the tail, |L| is beyond any change of gain that is asked about.
 WIDEST = 1e8
 _TIMES = 60
+# Marks about a pole: each this much farther from it than the one before.
+_GRADED, _GRADES = 4.0, 16
 
 
 @dataclass(frozen=True)
@@ -176,7 +178,8 @@ def first_intervals(
     marks = sizes[(sizes > low) & (sizes < high)]
     first = low or float(min([high, *sizes[sizes > 0]])) * 1e-3
     decades = np.geomspace(first, high, 2 + int(2 * np.log10(high / first)))
-    marks = np.unique(np.concatenate([[low, high], marks, decades[1:-1]]))
+    marks = np.unique(np.concatenate([[low, high], marks, decades[1:-1], _about(loop)]))
+    marks = marks[(marks >= low) & (marks <= high)]
     apart = np.concatenate([[True], np.diff(marks) > 1e-9 * marks[1:]])
     marks = marks[apart]
     marks[-1] = high
@@ -190,3 +193,18 @@ def first_intervals(
     for gap in gaps:
         inside |= (a >= gap.start) & (b <= gap.end)
     return a[~inside], b[~inside]
+
+
+def _about(loop: FactoredLoop) -> Array:
+    """Return marks about lightly damped poles, nearer to each other the nearer they are to it.
+
+    The halving of one interval ends there too, but one step after the other.
+    """
+    poles = loop.poles[(loop.poles.imag > 0) & (np.abs(loop.poles.real) < 0.1 * loop.poles.imag)]
+    width = np.maximum(np.abs(poles.real), 1e-9 * poles.imag)
+    marks = [np.zeros(0)]
+    for k in range(_GRADES):
+        step = 0.5 * _GRADED**k * width
+        inside = step < 0.2 * poles.imag
+        marks += [(poles.imag + sign * step)[inside] for sign in (-1, 1)]
+    return np.concatenate(marks)

@@ -15,6 +15,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.loop.single.return_ratio import BrokenLoop
 
+# So far inside and outside of a margin the poles are asked: well above their rounding.
 _STEP = 1e-6
 # Where a margin is infinite this factor stands for it.
 _WIDE = 50.0

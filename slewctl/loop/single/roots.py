@@ -8,6 +8,7 @@ import numpy as np
 
 from slewctl._types import Array
 
+# Bisection alone would take 53 for 16 digits; more end what does not converge.
 _STEPS = 200
 
 
