@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import settings
 
 from slewctl import Arm, Beam, Hub, Payload
 from slewctl._threads import one_thread
 from slewctl.paper import PaperReproduction, reproduce
 
 pytest_plugins = ["pytester"]
+
+# How long an example takes is a matter of the machine and of what else it does.
+settings.register_profile("any machine", deadline=None)
+settings.load_profile("any machine")
 
 
 @pytest.fixture(scope="session", autouse=True)
