@@ -89,7 +89,7 @@ REFUSED = [
     ('method = "given"\npid = { kp = 1.0 }\n' + WEIGHTS, "controller.output",
      "commands 'torque'"),
     ('method = "given"\npidd = { kp = 1.0 }\n', "controller.pidd", "did you mean 'pid'?"),
-    ('method = "given"\n', "controller.given", "no control law is given"),
+    ('method = "given"\n', "controller.pid", "give a control law"),
     ('method = "lqg"\n', "", "missing"),
 ]  # fmt: skip
 
