@@ -6,14 +6,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
+from typing import Any
 
 from slewctl.arm import Arm
+from slewctl.arm.parts import arm_table
 from slewctl.basis import Basis
 from slewctl.compare.case import DEFAULT_SLEW, MOST_TRUTH_MODES
 from slewctl.compare.judged import Judged
 from slewctl.compare.judgement import Yardstick
 from slewctl.design import Controller
 from slewctl.errors import InputError, check_count
+from slewctl.export import toml_text
 from slewctl.loop import Slew, close
 from slewctl.loop.parts import System
 from slewctl.model import Truth, assemble, truth
@@ -138,3 +141,55 @@ class Problem:
         yardstick = self._yardstick
         loop = close(yardstick.model, self.objective, controller)
         return Judged(loop, yardstick, slew or self.slew)
+
+    def to_toml(
+        self,
+        method: str = "lqg",
+        *,
+        basis: str = "arm-matched",
+        n: int = 2,
+        requirements: Mapping[str, float | bool] | None = None,
+        title: str = "",
+        **options: Any,
+    ) -> str:
+        """Return the problem as the text of a design file.
+
+        Parameters
+        ----------
+        method : str
+            Of `slewctl.design.METHODS`.
+        basis, n : str, int
+            What the design is made on.
+        requirements : mapping of str to float, optional
+            What the gate requires, by default that the loop is stable.
+        title : str
+        **options
+            The method's own.
+
+        Raises
+        ------
+        InputError
+            If a profile of the arm is a function, which a file cannot hold.
+
+        Examples
+        --------
+        >>> import slewctl as sc
+        >>> problem = sc.Problem(sc.arms.paper_beam(), limits={"tip": 0.03, "torque": 1.0},
+        ...                      noise={"torque": 0.1, "theta": 0.01})
+        >>> text = problem.to_toml("pd-notch", bandwidth_hz=0.5)
+        >>> text.splitlines()[-2:]
+        ['[requirements]', 'stable = true']
+        """
+        weights = {"limits": dict(self.limits), "noise": dict(self.noise)}
+        slew = {key: getattr(self.slew, key) for key in ("angle_deg", "duration_s", "horizon_s")}
+        return toml_text(
+            {
+                "title": title or None,
+                "arm": arm_table(self.arm),
+                "model": {"basis": basis, "n": n},
+                "controller": {"method": method, **options, **weights},
+                "slew": slew,
+                "truth": {"modes": self.truth_modes},
+                "requirements": {"stable": True, **(requirements or {})},
+            }
+        )

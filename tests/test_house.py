@@ -31,11 +31,11 @@ SHARED = {
 MAY_IMPORT: dict[str, set[str]] = {
     "numerics": set(),
     "export": set(),
-    "arm": set(),
+    "arm": {"export"},
     "basis": {"arm"},
     "model": {"arm", "basis"},
     "plant": {"arm", "model"},
-    "measured": {"arm", "basis", "model"},
+    "measured": {"arm", "basis", "model", "export"},
     "design": {"arm", "model", "plant", "export"},
     "loop": {"model", "plant", "design"},
     "compare": {"arm", "basis", "model", "plant", "design", "loop"},

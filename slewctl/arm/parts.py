@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from slewctl.errors import (
     check_each,
     shown,
 )
+from slewctl.export import toml_text
 
 # Stations nearer to each other, over the length, are one: rounding of what was written.
 _SAME_POINT = 1e-12
@@ -203,6 +205,64 @@ class Arm:
         ratio = self.damping_ratio
         given = (ratio,) if isinstance(ratio, float | int) else tuple(ratio)
         return np.array([given[min(k, len(given) - 1)] for k in range(modes)])
+
+    def to_toml(self) -> str:
+        """Return the arm as the ``[arm]`` of a design file, or a file of its own.
+
+        Raises
+        ------
+        InputError
+            If a profile is a function, which a file cannot hold.
+
+        Examples
+        --------
+        >>> from slewctl.arm import Arm, Beam, Hub
+        >>> print(Arm(Beam(1.0, 2.0, 40.0), hub=Hub(inertia=0.2), damping_ratio=0.005).to_toml())
+        [arm]
+        name = "arm"
+        damping_ratio = 0.005
+        <BLANKLINE>
+        [arm.beam]
+        length = 1.0
+        mass_per_length = 2.0
+        bending_stiffness = 40.0
+        <BLANKLINE>
+        [arm.hub]
+        inertia = 0.2
+        <BLANKLINE>
+        """
+        return toml_text({"arm": arm_table(self)})
+
+
+def arm_table(arm: Arm) -> dict[str, Any]:
+    """Return an arm as the ``[arm]`` table of a design file; what is zero is left out."""
+    beam = {key: _written(getattr(arm.beam, key), f"beam.{key}")
+            for key in ("length", "mass_per_length", "bending_stiffness")}  # fmt: skip
+    table: dict[str, Any] = {"name": arm.name, "damping_ratio": arm.damping_ratio or None}
+    table["beam"] = beam
+    for key in ("hub", "payload", "motor"):
+        part = getattr(arm, key)
+        table[key] = None if part is None else _kept(asdict(part))
+    if arm.damping is not None:
+        kind = "rayleigh" if isinstance(arm.damping, Rayleigh) else "kelvin-voigt"
+        table["damping"] = {"kind": kind, **asdict(arm.damping)}
+    return table
+
+
+def _kept(values: Mapping[str, float | None]) -> dict[str, float] | None:
+    return {key: value for key, value in values.items() if value} or None
+
+
+def _written(spec: Any, where: str) -> Any:
+    if isinstance(spec, Stations):
+        return {"x": spec.x, "values": spec.values}
+    if callable(spec):
+        raise InputError(
+            "a function cannot be written to a file",
+            where=where,
+            remedy="tabulate it as slewctl.Stations(x, values)",
+        )
+    return spec
 
 
 def _check_part(part: object, kinds: tuple[type, ...], name: str) -> None:

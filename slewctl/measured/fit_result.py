@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.special import gammaincc
@@ -11,7 +13,9 @@ from scipy.special import gammaincc
 from slewctl._show import Axes, Described, axes_or_new
 from slewctl._types import Array
 from slewctl.arm import Arm
+from slewctl.arm.parts import arm_table
 from slewctl.errors import check_choice
+from slewctl.export import toml_text
 from slewctl.model.assembly import Boundary
 
 _STRONG = 0.95  # correlations worth a sentence
@@ -105,6 +109,17 @@ class Fit(Described):
         """Return the estimate of the property called `name`."""
         named = {estimate.name: estimate for estimate in self.estimates}
         return named[check_choice(name, named, "fit")]
+
+    def to_toml(self, **tables: Mapping[str, Any]) -> str:
+        """Return the adjusted arm as a file, or with further tables as a design file.
+
+        Parameters
+        ----------
+        **tables
+            Of the design file, such as ``model={"basis": "arm-matched", "n": 2}``,
+            ``controller={"method": "lqg", …}`` and ``requirements={…}``.
+        """
+        return toml_text({"arm": arm_table(self.arm), **tables})
 
     @property
     def correlation(self) -> Array:

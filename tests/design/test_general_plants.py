@@ -210,6 +210,7 @@ def test_a_bound_that_binds_is_kept_with_feedthrough() -> None:
 
 
 OPTIONS: dict[str, dict[str, object]] = {
+    "given": {"pid": {"kp": 1.0}},
     "h2-region": {"radius_max": 1e6},
     "h2-hinf": {"hinf_max": 1e9, "weight_hz": 1.0},
     "payload-lmi": {"payload_mass": [0.0, 0.1]},

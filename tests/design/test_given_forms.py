@@ -185,7 +185,7 @@ REFUSED = [
     ({"pid": {"kp": 1.0}, "inputs": ["theta", "tip"]}, "2 names for 1 signals"),
     ({"pid": {"kp": 1.0}, "output": "volts"}, "output: unknown name 'volts'"),
     ({"pid": {"kp": 1.0}, "num": [1.0], "den": [1.0]}, "pid and num and den are given"),
-    ({}, "no control law is given"),
+    ({}, "pid: missing; give a control law"),
     ({"num": [1.0], "den": [1.0, 1.0]}, "feedback: missing: the sign"),
     ({"num": [1.0, 0.0], "den": [1.0], "feedback": "negative"}, "more zeros"),
     ({"num": [1.0], "feedback": "negative"}, "den: missing"),

@@ -26,6 +26,7 @@ NEEDED: dict[str, dict[str, object]] = {
     "pd-notch": {"bandwidth_hz": 0.1},
     "positive-position": {"bandwidth_hz": 0.1},
     "lead": {"crossover_hz": 0.01},
+    "given": {"pid": {"kp": 1.0}},
 }
 
 

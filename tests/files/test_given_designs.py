@@ -12,7 +12,6 @@ from slewctl.compare import Judge, compare
 from slewctl.errors import InputError
 from slewctl.files import read_design
 from slewctl.gate import check_file
-from tests.cli.command_line import slewctl as command
 
 ARM = '[arm]\ncatalogue = "quanser-flexible-link"\ndamping_ratio = 0.01\n'
 PID = 'method = "given"\npid = { kp = 14.0, kd = 0.6, filter_hz = 40.0 }\noutput = "voltage"\n'
@@ -90,7 +89,7 @@ REFUSED = [
     ('method = "given"\npid = { kp = 1.0 }\n' + WEIGHTS, "controller.output",
      "commands 'torque'"),
     ('method = "given"\npidd = { kp = 1.0 }\n', "controller.pidd", "did you mean 'pid'?"),
-    ('method = "given"\n', "controller.given", "no control law is given"),
+    ('method = "given"\n', "controller.pid", "give a control law"),
     ('method = "lqg"\n', "", "missing"),
 ]  # fmt: skip
 
@@ -109,16 +108,3 @@ def test_a_file_that_lacks_a_part_is_told_with_what_it_holds(tmp_path: Path) -> 
     (tmp_path / "law.json").write_text('{"num": [1.0], "kept": 3}')
     with pytest.raises(InputError, match="den is missing in it: it holds num, kept"):
         read_design(write(tmp_path, 'method = "given"\nfile = "law.json"\n'))
-
-
-def test_design_writes_the_controller(tmp_path: Path) -> None:
-    path = write(tmp_path, PID)
-    out = tmp_path / "k.npz"
-    run = command("design", str(path), "--out", str(out))
-    assert run.returncode == 0, run.stderr
-    K = sc.given(file=out)
-    assert K.sensors == ("theta",)
-    assert K.linear.output_labels == ("voltage",)
-    wrong = command("design", str(path), "--out", str(tmp_path / "k.txt"))
-    assert wrong.returncode == 2
-    assert "unknown ending" in wrong.stderr

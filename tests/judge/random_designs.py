@@ -177,7 +177,7 @@ def _given(law: Law, delay: float) -> sc.Controller:
         law.A, law.B, law.C, law.D, law.sample_time, inputs=list(law.sensors),
         outputs=[law.actuator],
     )  # fmt: skip
-    return given(system, delay)
+    return given(system, feedback="positive", delay=delay)
 
 
 def companion(rng: np.random.Generator, arm: sc.Arm, objective: sc.Objective, hertz: float,

@@ -66,6 +66,7 @@ WISHES: dict[str, object] = {
     "weight_hz": 1.0,
     "payload_mass": [0.0, 0.01],
     "std_max": {"torque": 1e3},
+    "pid": {"kp": 1.0, "kd": 1.0, "filter_hz": 10.0},
 }
 
 

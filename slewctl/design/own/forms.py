@@ -67,11 +67,12 @@ def read_law(options: Mapping[str, Any]) -> Law:
         For no form or two, or one that cannot be.
     """
     found = [name for name, keys in FORMS.items() if any(key in options for key in keys)]
-    if len(found) != 1:
+    known = f"{'; '.join(list(FORMS)[1:])}; or file"
+    if not found:
+        raise InputError("missing", where="pid", remedy=f"give a control law: {known}")
+    if len(found) > 1:
         raise InputError(
-            f"{' and '.join(found)} are given" if found else "no control law is given",
-            where="given",
-            remedy=f"give one of {'; '.join(list(FORMS)[1:])}; file",
+            f"{' and '.join(found)} are given", where="given", remedy=f"give one of {known}"
         )
     # What is to be discretised is continuous; the clock is that of the computer.
     clock = 0.0

@@ -23,7 +23,7 @@ from slewctl.design.stored import reference_of
 from slewctl.errors import InputError, check_choice, check_nonnegative, check_positive
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.plant import GeneralisedPlant
+from slewctl.plant import GeneralisedPlant, check_plant
 from slewctl.plant.sampled import split_delay
 from slewctl.plant.signals import ACTUATORS, TORQUE, check_signals
 
@@ -160,6 +160,7 @@ def on_plant(method: Callable[..., Controller]) -> Callable[..., Controller]:
 
     @wraps(method)
     def made(plant: GeneralisedPlant, **options: Any) -> Controller:
+        check_plant(plant, "design")
         return fitted(method(**options), plant.sensors, plant.actuator)
 
     return made
