@@ -23,6 +23,8 @@ from slewctl.loop.single.roots import polished
 TOLERANCE = 2e-10
 _MOST = 400_000
 _LEVELS = 200
+# Into how many parts intervals are cut while there are no more than so many.
+_PARTS = ((24, 8), (96, 4))
 UNIT, REAL, MODULUS, DISK, WINDING = range(5)
 
 
@@ -213,12 +215,27 @@ class Search:
             small = self._settled(box) | (self.intervals > _MOST)
             self._give_up(box, left & small)
             self._answered.append((a, b, asked & ~(left & ~small)))
-            keep = (left & ~small).any(axis=0)
-            a, b, La, Lb, asked = a[keep], b[keep], La[keep], Lb[keep], (left & ~small)[:, keep]
-            middle, Lm = c[keep], box.value[keep]
-            a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
-            La, Lb = np.concatenate([La, Lm]), np.concatenate([Lm, Lb])
-            asked = np.hstack([asked, asked])
+            open_ = left & ~small
+            keep = open_.any(axis=0)
+            a, b, La, Lb = a[keep], b[keep], La[keep], Lb[keep]
+            asked = open_[:, keep]
+            a, b, La, Lb, asked = self._parted(a, b, La, Lb, asked)
+
+    def _parted(
+        self, a: Array, b: Array, La: ComplexArray, Lb: ComplexArray, asked: BoolArray
+    ) -> tuple[Array, Array, ComplexArray, ComplexArray, BoolArray]:
+        """Return intervals in equal parts: the more the fewer they are, for a level costs alike."""
+        parts = next((count for most, count in _PARTS if len(a) <= most), 2)
+        inner = a + np.arange(1, parts)[:, None] / parts * (b - a)
+        between = self.loop.on_axis(inner.ravel()).reshape(inner.shape)
+        points, values = np.vstack([a, inner, b]), np.vstack([La, between, Lb])
+        return (
+            points[:-1].ravel(),
+            points[1:].ravel(),
+            values[:-1].ravel(),
+            values[1:].ravel(),
+            np.tile(asked, parts),
+        )
 
     def _settled(self, box: Enclosure) -> BoolArray:
         """Whether halving would change nothing, for each question: its errors are all there is."""
