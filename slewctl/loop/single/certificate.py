@@ -18,11 +18,12 @@ from slewctl.loop.single.axis_ends import (
     tail,
 )
 from slewctl.loop.single.factored_loop import FactoredLoop
+from slewctl.loop.single.findings import Least
 from slewctl.loop.single.margin_report import Report
 from slewctl.loop.single.margin_results import Crossing, Margins
 from slewctl.loop.single.mode_names import Modes
 from slewctl.loop.single.perturbation import Changed
-from slewctl.loop.single.search import Least, Search
+from slewctl.loop.single.search import Search
 from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.numerics.linear_system import LinearSystem
 

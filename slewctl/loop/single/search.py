@@ -9,15 +9,12 @@ of 1 + L changes by what its ends say.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.loop.single.axis_ends import WIDEST, Gap, Tail, first_intervals
 from slewctl.loop.single.factored_loop import Enclosure, FactoredLoop
-from slewctl.loop.single.roots import polished
+from slewctl.loop.single.findings import Least, Points, sort_out
 
 # Relative tolerance of the smallest distances.
 TOLERANCE = 2e-10
@@ -26,42 +23,6 @@ _LEVELS = 200
 # Into how many parts intervals are cut while there are no more than so many.
 _PARTS = ((24, 8), (96, 4))
 UNIT, REAL, MODULUS, DISK, WINDING = range(5)
-
-
-@dataclass(eq=False)
-class Points:
-    """Crossings, each between two frequencies and known to a width; or boxes left undecided."""
-
-    left: list[Array] = field(default_factory=list)
-    right: list[Array] = field(default_factory=list)
-    width: list[Array] = field(default_factory=list)
-
-    def add(self, left: Array, right: Array, width: Array) -> None:
-        self.left.append(left)
-        self.right.append(right)
-        self.width.append(width)
-
-    def polish(self, function: Callable[[Array], Array]) -> None:
-        """Replace what lies between two frequencies by the root of a function."""
-        if self.left:
-            left, right = np.concatenate(self.left), np.concatenate(self.right)
-            self.left = self.right = [polished(function, left, right)]
-
-    @property
-    def arrays(self) -> tuple[Array, Array]:
-        """v and width, by increasing v."""
-        v = np.concatenate([np.zeros(0), *self.left])
-        order = np.argsort(v)
-        return v[order], np.concatenate([np.zeros(0), *self.width])[order]
-
-
-@dataclass(frozen=True)
-class Least:
-    """A smallest value that was reached at v, and one that is nowhere gone below."""
-
-    value: float
-    v: float
-    proved: float
 
 
 class Search:
@@ -316,7 +277,7 @@ class Search:
             once = asked & (slope > 0)
             off = box.error / np.where(once, steep, 1.0)
         signs = np.abs(La) - 1, np.abs(Lb) - 1
-        _sort_out(once, signs, box.error, off, (a, b), (self.unit, self.unit_touched))
+        sort_out(once, signs, box.error, off, (a, b), (self.unit, self.unit_touched))
         return asked & ~once
 
     def _real(
@@ -345,7 +306,7 @@ class Search:
         off = box.flat_error / np.where(once, steep, 1.0)
         signs = a**k * La.imag, b**k * Lb.imag
         into = self.real, self.real_touched
-        crossed = _sort_out(once, signs, box.flat_error, off, (a, b), into)
+        crossed = sort_out(once, signs, box.flat_error, off, (a, b), into)
         # A limit is somewhere in these: no other that lies farther out matters any more.
         sure = crossed & (box.value.real + np.abs(box.slope) * h + R < 0)
         self.rise = float(np.min(1 / least[sure & (most < 1)], initial=self.rise))
@@ -391,23 +352,3 @@ def _distance(L: ComplexArray, slope: ComplexArray, h: Array, point: float) -> A
     away, size = point - L, np.abs(slope) ** 2
     t = (away * slope.conj()).real / np.where(size > 0, size, 1.0)
     return np.abs(away - np.clip(t, -h, h) * slope)
-
-
-def _sort_out(
-    once: BoolArray,
-    signs: tuple[Array, Array],
-    error: Array,
-    off: Array,
-    ends: tuple[Array, Array],
-    into: tuple[Points, Points],
-) -> BoolArray:
-    """Record roots of a monotone function, and return where: crossed, or touched at one end."""
-    (fa, fb), (a, b) = signs, ends
-    crossed = once & ((fa > 0) != (fb > 0))
-    if crossed.any():
-        into[0].add(a[crossed], b[crossed], off[crossed])
-    for f, end in ((fa, a), (fb, b)):
-        touched = once & ~crossed & (np.abs(f) <= error)
-        if touched.any():
-            into[1].add(end[touched], end[touched], off[touched])
-    return crossed

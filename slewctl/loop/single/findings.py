@@ -1,0 +1,67 @@
+"""What a search of the axis finds: crossings between two frequencies, and smallest distances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slewctl._types import Array, BoolArray
+from slewctl.loop.single.roots import polished
+
+
+@dataclass(eq=False)
+class Points:
+    """Crossings, each between two frequencies and known to a width; or boxes left undecided."""
+
+    left: list[Array] = field(default_factory=list)
+    right: list[Array] = field(default_factory=list)
+    width: list[Array] = field(default_factory=list)
+
+    def add(self, left: Array, right: Array, width: Array) -> None:
+        self.left.append(left)
+        self.right.append(right)
+        self.width.append(width)
+
+    def polish(self, function: Callable[[Array], Array]) -> None:
+        """Replace what lies between two frequencies by the root of a function."""
+        if self.left:
+            left, right = np.concatenate(self.left), np.concatenate(self.right)
+            self.left = self.right = [polished(function, left, right)]
+
+    @property
+    def arrays(self) -> tuple[Array, Array]:
+        """v and width, by increasing v."""
+        v = np.concatenate([np.zeros(0), *self.left])
+        order = np.argsort(v)
+        return v[order], np.concatenate([np.zeros(0), *self.width])[order]
+
+
+@dataclass(frozen=True)
+class Least:
+    """A smallest value that was reached at v, and one that is nowhere gone below."""
+
+    value: float
+    v: float
+    proved: float
+
+
+def sort_out(
+    once: BoolArray,
+    signs: tuple[Array, Array],
+    error: Array,
+    off: Array,
+    ends: tuple[Array, Array],
+    into: tuple[Points, Points],
+) -> BoolArray:
+    """Record roots of a monotone function, and return where: crossed, or touched at one end."""
+    (fa, fb), (a, b) = signs, ends
+    crossed = once & ((fa > 0) != (fb > 0))
+    if crossed.any():
+        into[0].add(a[crossed], b[crossed], off[crossed])
+    for f, end in ((fa, a), (fb, b)):
+        touched = once & ~crossed & (np.abs(f) <= error)
+        if touched.any():
+            into[1].add(end[touched], end[touched], off[touched])
+    return crossed
