@@ -15,9 +15,9 @@ from slewctl.numerics.modal_basis import Modes
 ROUNDING = 4 * float(np.finfo(float).eps)
 # Where a factor is known to less than this, relative, long numbers are tried, for matrices of
 # no more than so many states, to whose cube their cost is proportional.
-_PRECISE = 1e-12
+_PRECISE = 1e-11
 _LONGEST = 64
-_STEPS = 3  # each squares the error
+_STEPS = 2  # each squares the error
 
 
 @dataclass(frozen=True, eq=False)

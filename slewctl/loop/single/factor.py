@@ -26,12 +26,15 @@ class Enclosed:
     ----------
     value, slope : ndarray of complex, shape (m, p)
     curve, error : ndarray, shape (m, p)
+    flat : ndarray, shape (m, p)
+        The curvature of sᵏ X, k the order of its pole at zero.
     """
 
     value: ComplexArray
     slope: ComplexArray
     curve: Array
     error: Array
+    flat: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +85,8 @@ class Factor:
         direct = count * (np.abs(form.D) + np.abs(coefficient * self.simple.a).sum(axis=1))
         self.residue: ComplexArray = np.asarray((coefficient * self.simple.b).T)  # (n, p)
         self.size: Array = np.abs(self.residue)
+        k = self.order_at_zero
+        self.curving = np.hstack([self.size, self.size * np.abs(self.simple.sigma[:, None]) ** k])
         # Columns that bound the error, each multiplied by |(s − J)⁻¹| and summed.
         entry = np.abs(form.entry) + form.entry_error
         shape = np.abs(form.shape) + form.shape_error
@@ -107,7 +112,7 @@ class Factor:
         """Number of functions p."""
         return len(self.form.D)
 
-    @cached_property
+    @property
     def order_at_zero(self) -> int:
         """Order of the pole at s = 0 that is exactly there."""
         return max((len(block.index) for block in self.blocks if block.nilpotent), default=0)
@@ -117,8 +122,7 @@ class Factor:
         u = 1 / (s[:, None] - self.simple.sigma)
         found = u @ self.residue + self.D
         for block in self.blocks:
-            w, _, _ = self._chain(block, s, np.zeros(len(s)), 1 / self._away(block, s, 0.0))
-            found += w @ self.form.shape[:, block.index].T
+            found += self._solved(block, s) @ self.form.shape[:, block.index].T
         return np.asarray(found)
 
     def enclosed(self, c: Array, h: Array) -> Enclosed:
@@ -131,14 +135,16 @@ class Factor:
             q2 = 1 / (sigma.real**2 + aside * aside)
             q = np.sqrt(q2)
             value, slope = u @ self.residue + self.D, -1j * ((u * u) @ self.residue)
-            curve = 2 * ((q2 * q) @ self.size)
+            curves = 2 * ((q2 * q) @ self.curving)
+            curve, flat = curves[:, : self.outputs], curves[:, self.outputs :]
             for block in self.blocks:
                 distance = self._from_interval(block, c, h)
                 w, w1, w2 = self._chain(block, s, h, 1 / distance)
                 Y = self.form.shape[:, block.index].T
                 value, slope, curve = value + w @ Y, slope + w1 @ Y, curve + w2 @ np.abs(Y)
             error = self._error(q, [1 / self._from_interval(b, c, h) for b in self.blocks])
-        return Enclosed(value, slope, curve, error)
+            flat = self._flat_curve(c, h, flat) if self.order_at_zero else curve
+        return Enclosed(value, slope, curve, error, flat)
 
     def tail(self, far: float) -> tuple[ComplexArray, Array]:
         """Return the limit at infinite s, and how far from it X is for |s| ≥ far, shape (p,).
@@ -211,7 +217,7 @@ class Factor:
             else:
                 origin = np.zeros(1, complex)
                 near = 1 / self._away(block, origin, radius)
-                w, _, _ = self._chain(block, origin, np.zeros(1), near)
+                w = self._solved(block, origin)
                 reach = np.abs(a) + np.abs(b) * near
                 large = _majorant(block, reach, np.abs(form.entry[index])) @ np.abs(Y).T
                 if k:
@@ -221,26 +227,19 @@ class Factor:
                     away = away + radius * (large * near.max() * len(index))[0]
         return value, away
 
-    def curve_at_zero(self, c: Array, h: Array, plain: Enclosed) -> Array:
-        """Return bounds of |d²/dv² (sᵏ X)| on intervals, k the order of the pole at zero.
+    def _flat_curve(self, c: Array, h: Array, found: Array) -> Array:
+        """Return bounds of |d²/dv² (sᵏ X)| on intervals, given those of σᵏ/(s − σ).
 
         sᵏ/(s − σ) = sᵏ⁻¹ + σ sᵏ⁻² + … + σᵏ/(s − σ): what is left of a rigid body is a
         polynomial, however near to zero.
         """
-        k = self.order_at_zero
-        if not k:
-            return plain.curve
-        sigma, far = self.simple.sigma, c + h
-        aside = np.maximum(np.abs(c[:, None] - sigma.imag) - h[:, None], 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            q = 1 / np.hypot(sigma.real, aside)
-            found = 2 * (q**3 @ (self.size * np.abs(sigma[:, None]) ** k))
+        k, far = self.order_at_zero, c + h
         for power, size in enumerate(self._polynomial):
             if power > 1:
-                found += power * (power - 1) * size * far[:, None] ** (power - 2)
+                found = found + power * (power - 1) * size * far[:, None] ** (power - 2)
         for block in self.blocks:
             if not block.nilpotent:
-                found += self._flattened(block, k, c, h)
+                found = found + self._flattened(block, k, c, h)
         return found
 
     def _flattened(self, block: Block, k: int, c: Array, h: Array) -> Array:
@@ -289,10 +288,20 @@ class Factor:
         aside = np.maximum(np.abs(c[:, None] - sigma.imag) - h[:, None], 0.0)
         return np.hypot(sigma.real, aside)
 
+    def _solved(self, block: Block, s: ComplexArray) -> ComplexArray:
+        """Return w = (s − T)⁻¹ ξ of a block by back-substitution, shape (m, k)."""
+        index, T = block.index, block.T
+        u = self.all.a[index] + self.all.b[index] / (s[:, None] - self.all.sigma[index])
+        w = np.zeros((len(s), len(index)), complex)
+        for i in reversed(range(len(index))):
+            above = w[:, i + 1 :] @ T[i, i + 1 :] if i + 1 < len(index) else 0.0
+            w[:, i] = (self.form.entry[index[i]] + above) * u[:, i]
+        return w
+
     def _chain(
         self, block: Block, s: ComplexArray, h: Array, q: Array
     ) -> tuple[ComplexArray, ComplexArray, Array]:
-        """Return w = (s − T)⁻¹ ξ of a block by back-substitution, its slope and curvature."""
+        """Return w = (s − T)⁻¹ ξ of a block, its slope and curvature."""
         index, T = block.index, block.T
         a, b, sigma = self.all.a[index], self.all.b[index], self.all.sigma[index]
         k, m = len(index), len(s)
@@ -311,11 +320,14 @@ class Factor:
     def _error(self, q: Array, blocks: list[Array]) -> Array:
         """Return the bounds of the error, given 1/distance of each pole."""
         p, form = self.outputs, self.form
-        reach = np.abs(self.simple.a) + np.abs(self.simple.b) * q
-        turned = reach * self.pole_error
-        far = np.where(turned < 1, reach / np.where(turned < 1, 1 - turned, 1.0), np.inf)
-        found = far @ self.bounds + self.offset
-        found[:, p : 2 * p] += (reach * far) @ self.shifted
+        reach = np.abs(self.simple.a) + np.abs(self.simple.b) * q if self.sampled else q
+        if self.pole_error.any():
+            turned = reach * self.pole_error
+            far = np.where(turned < 1, reach / np.where(turned < 1, 1 - turned, 1.0), np.inf)
+            found = far @ self.bounds + self.offset
+            found[:, p : 2 * p] += (reach * far) @ self.shifted
+        else:
+            found = reach @ self.bounds + self.offset
         for block, near in zip(self.blocks, blocks, strict=True):
             index = block.index
             reach = np.abs(self.all.a[index]) + np.abs(self.all.b[index]) * near

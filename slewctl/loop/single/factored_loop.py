@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -159,9 +159,9 @@ class FactoredLoop:
         k, power = self.order_at_zero, np.asarray((1j * c) ** self.order_at_zero)
         if k:
             sides = [
-                Enclosed(*_flattened(c, x, factor.order_at_zero), curve_at, x.error)
+                replace(x, value=value_at, slope=slope_at, curve=x.flat)
                 for factor, x in ((self.plant, G), (self.controller, K))
-                for curve_at in [factor.curve_at_zero(c, h, x)]
+                for value_at, slope_at in [_flattened(c, x, factor.order_at_zero)]
             ]
             _, flat_slope, flat_curve, _ = _product(sides[0], sides[1], wide)
         else:
