@@ -209,9 +209,10 @@ class Loop:
         m = self.margins
         doubt = "" if m.confirmed else " (margins NOT confirmed)"
         doubt += "" if self.controller.certificate.verified else " (design NOT verified)"
+        cost = f", H2 cost {self.h2.value:.4g}" if self.objective.weighted else ""
         return (
             f"stable{doubt}: gain margin {m.smaller_gain_db.value:.2f} dB, phase margin "
-            f"{m.phase_deg.value:.1f} deg, H2 cost {self.h2.value:.4g}"
+            f"{m.phase_deg.value:.1f} deg{cost}"
         )
 
     def require_stable(self, what: str) -> None:

@@ -97,7 +97,8 @@ def _block_basis(
             raise LinAlgError("eigenvalues too close to be told apart")
         return Z[:, :k], T[:k, :k]
     basis = _near_origin(A, np.abs(values), group).astype(complex)
-    return _nilpotent(basis, basis.conj().T @ A @ basis)
+    known = 10 * len(A) * float(np.finfo(float).eps * np.linalg.norm(A))
+    return _nilpotent(basis, basis.conj().T @ A @ basis, known)
 
 
 def _near_origin(A: Array, sizes: Array, group: IntArray) -> Array:
@@ -117,13 +118,13 @@ def _near_origin(A: Array, sizes: Array, group: IntArray) -> Array:
     return np.asarray(Z)
 
 
-def _nilpotent(Z: ComplexArray, M: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return a basis in which a block at the origin is triangular, rounding taken for zero.
+def _nilpotent(Z: ComplexArray, M: ComplexArray, known: float) -> tuple[ComplexArray, ComplexArray]:
+    """Return a basis in which a block at the origin is triangular, poles below `known` zero.
 
     A Schur form would have ±√ε on its diagonal for the zeros of a rigid body; null vectors,
     one after the other, leave a residual of ε.
     """
-    k, size = len(M), float(np.linalg.norm(M, 2)) if len(M) else 0.0
+    k = len(M)
     for j in range(k - 1):
         v = np.linalg.svd(M[j:, j:])[2][-1].conj()
         turn = np.eye(k, dtype=complex)
@@ -131,6 +132,6 @@ def _nilpotent(Z: ComplexArray, M: ComplexArray) -> tuple[ComplexArray, ComplexA
         Z, M = Z @ turn, turn.conj().T @ M @ turn
     T = np.triu(M)
     own = np.diagonal(T).copy()
-    own[np.abs(own) <= 100 * k * np.finfo(float).eps * size] = 0.0
+    own[np.abs(own) <= known] = 0.0
     np.fill_diagonal(T, own)
     return Z, T

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import certificate_checker as checker
+import control
 import numpy as np
 import pytest
 from flexible_loops import random_flexible_loops
+from loop_examples import stable_loop
 from mixed_loops import random_mixed_loops
 
+from slewctl.loop.margin_functions import margins
 from slewctl.loop.parts import paired
 from slewctl.loop.single.certificate import Certificate, certify, margins_of
 from slewctl.loop.single.factored_loop import factored
@@ -92,3 +95,14 @@ def test_a_false_claim_is_found_out() -> None:
     of = checker.Polynomials.of(*checker.exact_fraction(G, K, G.sample_time))
     too_far = found.search.modulus.value * (1 + 1e-6)
     assert not checker.farther(of, too_far, 0.0, *found.search.proof(MODULUS))
+
+
+@pytest.mark.parametrize("lag", [1e-3, 1e-6])
+def test_a_rigid_body_behind_a_lag_is_certified(lag: float) -> None:
+    """Coupled with the lag, the two poles at the origin are known to rounding alone."""
+    loop = stable_loop()
+    before = control.ss([[-1 / lag]], [[1 / lag]], [[1.0]], [[0.0]])
+    told = margins(control.series(before, loop.plant.control_path), loop.controller)
+    assert told.intervals > 0
+    assert told.gain_db.value == pytest.approx(loop.margins.gain_db.value, abs=300 * lag)
+    assert told.gain_db.at_least == pytest.approx(told.gain_db.value, rel=1e-7)
