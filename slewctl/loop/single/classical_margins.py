@@ -55,6 +55,14 @@ def classical_margins(
     InputError
         If the loop has several inputs or outputs, an unknown sample time, an entry that is
         not finite, or feedthrough −1, for which 1 + L has no inverse.
+
+    Examples
+    --------
+    >>> import control as ct
+    >>> from slewctl.loop import classical_margins
+    >>> m = classical_margins(ct.tf([8], [1, 3, 3, 1]) * 0.5)
+    >>> round(10 ** (m.gain_db.value / 20), 9), m.intervals > 0
+    (2.0, True)
     """
     light = state_space(loop, "margins")
     check_single(light)
