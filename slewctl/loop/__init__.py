@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slewctl.loop.sampled import SampledLoop
     from slewctl.loop.single.classical_margins import classical_margins
     from slewctl.loop.single.hybrid_delay import HybridDelay
-    from slewctl.loop.single.margin_results import Crossing, Margins
+    from slewctl.loop.single.margin_results import AxisCrossing, Crossing, Margins
     from slewctl.loop.single.perturbation import Perturbation
     from slewctl.loop.single.stability import UnstableLoopError
     from slewctl.loop.system_norm import norm
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from slewctl.numerics.hinf_norm import Peak, peak_gain
 
 __all__ = [
+    "AxisCrossing",
     "Crossing",
     "FrequencyResponse",
     "GeneralisedMargin",

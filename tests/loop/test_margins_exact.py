@@ -8,8 +8,12 @@ import pytest
 from exact_rational import fraction, gain_crossings, real_crossings
 from flexible_loops import random_flexible_loop
 
+from slewctl._types import Array
+from slewctl.loop.single.certificate import certify
 from slewctl.loop.single.crossings import crossings, log_gain, sampled, sine, truly_real
+from slewctl.loop.single.factored_loop import factored
 from slewctl.loop.single.return_ratio import BrokenLoop
+from slewctl.numerics.linear_system import LinearSystem
 
 
 def check(loop: control.StateSpace, label: str) -> int:
@@ -22,7 +26,23 @@ def check(loop: control.StateSpace, label: str) -> int:
     for found, known in zip((gain, real), exact, strict=True):
         assert len(found) == len(known), label
         np.testing.assert_allclose(found, known, rtol=1e-8, err_msg=label)
+    certified(loop, exact, label)
     return len(gain) + len(real)
+
+
+def certified(loop: control.StateSpace, exact: tuple[Array, Array], label: str) -> None:
+    """Fail when the search in intervals finds others."""
+    with np.errstate(all="ignore"):
+        factors = factored(LinearSystem(loop.A, loop.B, loop.C, loop.D, loop.dt))
+        found = certify(factors).search
+    gain, real = (factors.omega(points.arrays[0]) for points in (found.unit, found.real))
+    values = factors.on_axis(factors.axis(exact[1])).real
+    # Where L is smaller, its rounding may hide whether it is real: such places are touched.
+    known = exact[1][(values < -1e-6) & (values > -1e8)]
+    real = real[factors.on_axis(factors.axis(real)).real < -1e-6]
+    for ours, theirs in ((gain, exact[0]), (real, known)):
+        assert len(ours) == len(theirs), label
+        np.testing.assert_allclose(ours, theirs, rtol=1e-8, err_msg=label)
 
 
 def test_roots_of_a_textbook_loop_are_exact() -> None:

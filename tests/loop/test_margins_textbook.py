@@ -138,3 +138,16 @@ def test_time_unit_does_not_matter(decade: float) -> None:
     m = classical_margins(control.StateSpace(slow.A * a, slow.B * a, slow.C, 0))
     assert factor(m.gain_db.value) == pytest.approx(3.6, rel=1e-10)
     assert m.delay_s.value * a == pytest.approx(classical_margins(slow).delay_s.value, rel=1e-10)
+
+
+def test_all_crossings_with_the_sign_of_their_change() -> None:
+    """k/(s³ + 2s² + s) with k = 1 stands twice the gain, a conditionally stable loop less too."""
+    first, second = classical_margins(control.tf([1], [1, 2, 1, 0])).crossings
+    assert first.frequency_hz < second.frequency_hz == pytest.approx(1 / (2 * np.pi))
+    assert first.phase_deg == pytest.approx(-21.386, abs=1e-3)
+    assert second.gain_db == pytest.approx(20 * np.log10(2))
+    # 3(s + 1)²/s³: L = −3(1 − ω² + 2jω)/(jω³)… real where ω = 1, at −6: it may fall to 1/6.
+    found = classical_margins(control.tf([3, 6, 3], [1, 0, 0, 0]))
+    (real,) = [c for c in found.crossings if c.gain_db is not None]
+    assert real.gain_db == pytest.approx(-20 * np.log10(6))
+    assert real.gain_db == pytest.approx(-found.gain_reduction_db.value)

@@ -165,6 +165,7 @@ def margins_of(found: Certificate, light: LinearSystem, skew: float, modes: Mode
         float(skew),
         doubts,
         search.intervals,
+        report.all_crossings(limits, turns, omega),
     )
 
 

@@ -84,6 +84,7 @@ def eigenvalue_margins(
         not doubts,
         float(skew),
         tuple(doubts),
+        crossings=report.all_crossings(pairs, turns, gain.omega),
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.loop.single.margin_results import Crossing
+from slewctl.loop.single.margin_results import AxisCrossing, Crossing
 from slewctl.loop.single.mode_names import Modes
 from slewctl.loop.single.perturbation import Changed, Kind
 
@@ -124,6 +124,21 @@ class Report:
         self, kind: Kind, size: float, omega: float, turn: float, at_least: float | None
     ) -> Crossing:
         return self._crossing(size, omega, at_least, kind, complex(np.exp(1j * turn)))
+
+    @staticmethod
+    def all_crossings(
+        limits: Sequence[tuple[float, float]], turns: Array, omega: Array
+    ) -> tuple[AxisCrossing, ...]:
+        """Return every gain limit and gain crossing, by increasing frequency."""
+        found = [
+            AxisCrossing(w / (2 * np.pi), gain_db=float(20 * np.log10(factor)))
+            for factor, w in limits
+        ]
+        found += [
+            AxisCrossing(w / (2 * np.pi), phase_deg=float(np.degrees(turn)))
+            for turn, w in zip(turns.tolist(), omega.tolist(), strict=True)
+        ]
+        return tuple(sorted(found, key=lambda crossing: crossing.frequency_hz))
 
     def _at_the_end(self) -> Crossing | None:
         """Return the delay that acts through |L| ≥ 1 at the highest frequency, if there is one.

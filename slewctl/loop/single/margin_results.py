@@ -52,6 +52,33 @@ class Crossing:
 
 
 @dataclass(frozen=True)
+class AxisCrossing:
+    """A frequency at which a change of gain alone, or of phase alone, puts a pole on the limit.
+
+    Attributes
+    ----------
+    frequency_hz : float
+        Infinite where L(∞) is real and negative.
+    gain_db : float or None
+        Where L is real and negative, the change of gain: positive a rise, negative a fall.
+    phase_deg : float or None
+        Where |L| = 1, the turn of L: negative a lag, positive a lead.
+
+    Examples
+    --------
+    >>> import control as ct
+    >>> import slewctl as sc
+    >>> first, second = sc.margins(ct.tf([1], [1, 2, 1, 0])).crossings
+    >>> round(first.phase_deg, 1), round(second.gain_db, 3)
+    (-21.4, 6.021)
+    """
+
+    frequency_hz: float
+    gain_db: float | None = None
+    phase_deg: float | None = None
+
+
+@dataclass(frozen=True)
 class Margins(Tabular):
     """Margins of a stable loop under negative feedback.
 
@@ -86,6 +113,10 @@ class Margins(Tabular):
     intervals : int
         How many intervals of the axis prove it: in each of them, however small, a crossing
         was excluded or found.  Zero where the loop has a pole of which that cannot be said.
+    crossings : tuple of AxisCrossing
+        All of |L| = 1, and of L real and negative that a gain between 1e-8 and 1e8 reaches
+        (with dead time there are infinitely many: those that could bound a gain margin), by
+        increasing frequency, each with the sign of its change.
     """
 
     gain_db: Crossing
@@ -99,6 +130,7 @@ class Margins(Tabular):
     skew: float = 0.0
     doubts: tuple[str, ...] = ()
     intervals: int = 0
+    crossings: tuple[AxisCrossing, ...] = ()
 
     def rows(self) -> list[dict[str, object]]:
         """Return one row for each margin: name, value, frequency, mode and note."""

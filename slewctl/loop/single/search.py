@@ -307,7 +307,9 @@ class Search:
         signs = a**k * La.imag, b**k * Lb.imag
         into = self.real, self.real_touched
         crossed = sort_out(once, signs, box.flat_error, off, (a, b), into)
-        # A limit is somewhere in these: no other that lies farther out matters any more.
+        if not self.loop.delay:
+            return open_ & ~once
+        # Of infinitely many limits those farther out than one that is surely here are left.
         sure = crossed & (box.value.real + np.abs(box.slope) * h + R < 0)
         self.rise = float(np.min(1 / least[sure & (most < 1)], initial=self.rise))
         self.fall = float(np.max(1 / most[sure & (least > 1)], initial=self.fall))
