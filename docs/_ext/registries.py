@@ -20,6 +20,10 @@ from slewctl.plant.signals import ACTUATORS, SIGNALS, STATION_SENSORS
 HEAD = ["| key | unit | default | example | meaning |", "| --- | --- | --- | --- | --- |"]
 # Of the methods' options: unit, or what it is, and an example.
 OPTIONS: dict[str, tuple[str, object]] = {
+    "A": ("matrix", [[-50.0]]),
+    "B": ("matrix", [[1.0]]),
+    "C": ("matrix", [[200.0]]),
+    "D": ("matrix", [[4.0]]),
     "added_damping": ("1", {"1": 0.05}),
     "bandwidth_hz": ("Hz", 0.5),
     "crossover_hz": ("Hz", 0.5),
@@ -27,10 +31,15 @@ OPTIONS: dict[str, tuple[str, object]] = {
     "damping_ratio_min": ("1", 0.1),
     "decay_rate_min": ("1/s", 0.5),
     "delay": ("s", 0.005),
+    "den": ("list", [0.02, 1.0]),
+    "discretise": ("text", "tustin"),
+    "feedback": ("text", "negative"),
+    "file": ("text", "gains.json"),
     "filter_damping": ("1", 0.5),
     "formulation": ("text", "separated"),
     "gain": ("1", 0.2),
     "hinf_max": ("of actuator per first sensor", 50.0),
+    "inputs": ("list", ["theta"]),
     "integral_limit": ("rad·s", 0.1),
     "leave": ("list", [2]),
     "minimise": ("text", "cost"),
@@ -38,23 +47,31 @@ OPTIONS: dict[str, tuple[str, object]] = {
     "notch_depth": ("1", 0.1),
     "notch_modes": ("list, or text", [1, 2]),
     "notch_width": ("1", 0.5),
+    "num": ("list", [9.0, 20.0]),
     "observer_damping": ("1", 0.1),
     "observer_damping_ratio_min": ("1", 0.1),
     "observer_decay_rate_min": ("1/s", 1.0),
     "observer_poles": ("rad/s", [-4, -5, [-2, 10], [-2, -10]]),
     "observer_radius_max": ("rad/s", 500.0),
     "observer_speed": ("1", 3.0),
+    "output": ("text", "voltage"),
     "payload_mass": ("kg", [0.0, 0.2]),
     "phase_lead_deg": ("deg", 50.0),
+    "pid": ("table", {"kp": 20.0, "kd": 9.0, "filter_hz": 30.0}),
     "poles": ("rad/s", [-1, -2, [-1, 10], [-1, -10]]),
+    "prewarp_hz": ("Hz", 2.0),
     "radius_max": ("rad/s", 200.0),
     "rolloff_hz": ("Hz", 20.0),
     "sample_time": ("s", 0.01),
+    "sections": ("list of tables", [{"lowpass_hz": 60.0, "order": 1}]),
     "signal_used": ("text", "root_moment"),
     "std_max": ("that of each signal", {"torque": 0.5}),
     "stiffness": ("1", [0.9, 1.1]),
     "weight_hz": ("Hz", 5.0),
+    "zeros": ("rad/s", [-2.0]),
 }
+# What a method takes in Python alone.
+IN_PYTHON = ("plant", "system")
 ROOMS = ("slewctl.compare", "slewctl.check", "slewctl.testing")
 
 
@@ -143,7 +160,7 @@ def _options(method: str) -> list[str]:
         f"| `{name}` | {OPTIONS[name][0]} | {_value(default)} | {_value(OPTIONS[name][1])} "
         f"| {told[name]} |"
         for name, default in defaults.items()
-        if name != "plant"
+        if name not in IN_PYTHON
     ]
     if not rows:
         return ["No options of its own.", ""]

@@ -35,6 +35,15 @@ def write_data(path: Path, data: Mapping[str, Any]) -> None:
     ------
     InputError
         For another ending, or a file that cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "gains.json"
+    >>> write_data(path, {"num": [1.0], "den": [1.0, 2.0]})
+    >>> read_data(path)["den"]
+    [1.0, 2.0]
     """
     write, _ = _format(path)
     write_bytes(path, write(data))
@@ -43,10 +52,29 @@ def write_data(path: Path, data: Mapping[str, Any]) -> None:
 def read_data(path: Path) -> dict[str, Any]:
     """Return what a file holds by name; the file's ending says how it is written.
 
+    Parameters
+    ----------
+    path : Path
+        Ending in ``.json``, ``.mat`` or ``.npz``.
+
+    Returns
+    -------
+    dict of str to value
+        Arrays, numbers and texts.
+
     Raises
     ------
     InputError
         For another ending, or a file that cannot be read or is not of its kind.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "gains.npz"
+    >>> write_data(path, {"gain": 2.5})
+    >>> float(read_data(path)["gain"])
+    2.5
     """
     _, read = _format(path)
     try:

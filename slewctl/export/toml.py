@@ -20,6 +20,18 @@ def toml_text(tables: Mapping[str, Any]) -> str:
     tables : mapping of str to value
         Texts, numbers, lists and tables.  The first two levels of tables get a head of their
         own.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> print(toml_text({"title": "An arm", "hub": {"inertia": 0.2}}), end="")
+    title = "An arm"
+    <BLANKLINE>
+    [hub]
+    inertia = 0.2
     """
     return "\n".join(_lines(tables, ())).strip() + "\n"
 

@@ -87,7 +87,23 @@ class Objective:
 
 
 def signals_alone(sensors: Sequence[str], actuator: str) -> Objective:
-    """Return an objective that says what is measured and commanded, and weighs nothing."""
+    """Return an objective that says what is measured and commanded, and weighs nothing.
+
+    Parameters
+    ----------
+    sensors : sequence of str
+        What is measured.
+    actuator : {"torque", "voltage"}
+
+    Returns
+    -------
+    Objective
+
+    Examples
+    --------
+    >>> signals_alone(["theta"], "torque").weighted
+    False
+    """
     limits = {"tip": 1.0, actuator: 1.0}
     return Objective(limits, {TORQUE: 1.0, **dict.fromkeys(sensors, 1.0)}, weighted=False)
 

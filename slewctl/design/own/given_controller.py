@@ -171,10 +171,27 @@ def fitted(controller: Controller, sensors: Sequence[str], actuator: str) -> Con
 
     What it does not read of them does not move it.
 
+    Parameters
+    ----------
+    controller : Controller
+    sensors : sequence of str
+        All that the plant measures.
+    actuator : {"torque", "voltage"}
+
+    Returns
+    -------
+    Controller
+
     Raises
     ------
     InputError
         If it reads what is not measured, or commands another actuator.
+
+    Examples
+    --------
+    >>> K = given(pid={"kp": 20.0})
+    >>> fitted(K, ["theta", "root_moment"], "torque").sensors
+    ('theta', 'root_moment')
     """
     system = controller.linear
     commanded = system.output_labels[0]

@@ -9,6 +9,7 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.loop.single.factor import Enclosed, Factor, product_curve, reach
+from slewctl.loop.single.split import in_series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.modal_bounds import ROUNDING
 from slewctl.numerics.modal_form import modal_form
@@ -22,12 +23,15 @@ def factored(
     Parameters
     ----------
     plant : LinearSystem
-        With one input; without a controller, L itself.
+        With one input; without a controller, L itself, which is taken apart where its
+        matrices show two systems in series.
     controller : LinearSystem, optional
         From the plant's outputs to its input, under negative feedback, on the plant's clock.
     delay : float
         Dead time in s of a continuous loop.
     """
+    if controller is None and (parts := in_series(plant)) is not None:
+        plant, controller = parts
     if controller is None:
         controller = LinearSystem(
             np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.eye(1), plant.dt
