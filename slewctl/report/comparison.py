@@ -44,7 +44,7 @@ def write_comparison(comparison: Comparison, folder: Path, *, as_parquet: bool =
     comparison : Comparison
     folder : Path
         Gets ``index.html``, the same as ``index.md``, ``results.json``, the CSV tables
-        ``designs``, ``ladders`` and ``truths``, and gzipped the long ones: ``poles``,
+        ``designs`` and ``truths``, and gzipped the long ones: ``ladders``, ``poles``,
         ``loops``, ``slews`` and ``shapes``.
     as_parquet : bool
         Whether to write every table as Parquet too, which needs pyarrow.
@@ -320,7 +320,7 @@ def _shape_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
 _TABLES: dict[str, tuple[Callable[[Comparison], Iterable[dict[str, Any]]], bool]] = {
     "truths": (_truth_rows, False),
     "designs": (_design_rows, False),
-    "ladders": (_ladder_rows, False),
+    "ladders": (_ladder_rows, True),
     "poles": (_pole_rows, True),
     "loops": (_loop_rows, True),
     "slews": (_slew_rows, True),
