@@ -24,6 +24,22 @@ def main() -> NoReturn:
         sys.exit(_run())
     except KeyboardInterrupt:
         interrupted()
+    except Exception as error:
+        if of_an_interruption(error):
+            interrupted()
+        raise
+
+
+def of_an_interruption(error: BaseException | None) -> bool:
+    """Whether an error is what Python or a library made of a Ctrl-C that came into it.
+
+    Python 3.11 turns every exception in a ``__set_name__`` into a RuntimeError.
+    """
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def interrupted() -> NoReturn:
@@ -57,6 +73,8 @@ def _run() -> int:
     except click.ClickException as error:
         _misused(error)
     except SlewctlError as error:
+        if of_an_interruption(error):
+            raise KeyboardInterrupt from None
         ERR.tell(error)
     except OSError as error:  # such as to print to a full disk
         silence(sys.stdout)

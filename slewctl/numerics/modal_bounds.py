@@ -22,11 +22,10 @@ _STEPS = 2  # each squares the error
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Matrices of some components: A, what rounding took from it, |A| as given, B and C."""
+    """Matrices of some components: A, what rounding took from it, B and C."""
 
     A: Array
     lost: Array
-    size: Array
     B: Array
     C: Array
 
@@ -128,7 +127,7 @@ def _bounded(stack: Stack, modes: Modes) -> BoundedModes:
     V, W, correct = np.abs(modes.V), np.abs(modes.W), _Corrected(modes.V, modes.W)
     count = (stack.A.shape[-1] + 2) * ROUNDING
     missing = np.abs(stack.A @ modes.V - modes.V @ modes.J)
-    missing += count * (stack.size @ V + V @ np.abs(modes.J))
+    missing += count * (np.abs(stack.A) @ V + V @ np.abs(modes.J)) + np.abs(stack.lost) @ V
     F = correct(W @ missing)
     f = F.max(axis=-1)
     g = np.divide(F, f[..., None], out=np.zeros_like(F), where=f[..., None] > 0).max(axis=-2)

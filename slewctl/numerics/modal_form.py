@@ -99,13 +99,12 @@ def _modal_form(system: LinearSystem) -> ModalForm:
     scale = balance_realisation(A, B, C)
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
     n, sampled = len(A), bool(system.sample_time)
-    size: Array = np.abs(A)
     lost: Array = np.zeros((n, n))
     if sampled:
         less = LongSum((n, n))
         less.add(A)
         less.add(-np.eye(n))
-        A, lost, size = less.hi, less.lo, size + np.eye(n)
+        A, lost = less.hi, less.lo
     p = len(C)
     found = ModalForm(
         poles=np.zeros(n, complex),
@@ -123,7 +122,7 @@ def _modal_form(system: LinearSystem) -> ModalForm:
     blocks: list[Block] = []
     for states in _uncoupled(A):  # shape (count, m): components of the same size together
         inside = states[:, :, None], states[:, None, :]
-        stack = A[inside], lost[inside], size[inside], B[states], np.swapaxes(C[:, states], 0, 1)
+        stack = A[inside], lost[inside], B[states], np.swapaxes(C[:, states], 0, 1)
         for at, modes in modal_bases(stack[0]):
             index, part = states[at], best_modes(Stack(*(matrix[at] for matrix in stack)), modes)
             found.poles[index] = np.diagonal(part.modes.J, axis1=-2, axis2=-1)

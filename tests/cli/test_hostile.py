@@ -19,6 +19,8 @@ from command_line import slewctl
 from heed_signals import heed_signals
 from quick_design import QUICK
 
+from slewctl.cli import of_an_interruption
+
 COMMANDS = [["check"], ["ladder"], ["modes", "-n", "2"], ["compare", "--out", "out"]]
 FOUR = pytest.mark.parametrize("command", COMMANDS, ids=[c[0] for c in COMMANDS])
 
@@ -306,3 +308,16 @@ def test_ctrl_c_ends_in_one_line_at_any_place(place: str) -> None:
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "slewctl: interrupted; no file was half-written\n"
+
+
+def test_an_interruption_that_became_another_error_is_still_one() -> None:
+    """Python 3.11 makes a RuntimeError of whatever comes out of a ``__set_name__``."""
+
+    class Interrupted:
+        def __set_name__(self, owner: type, name: str) -> None:
+            raise KeyboardInterrupt
+
+    with pytest.raises((RuntimeError, KeyboardInterrupt)) as caught:
+        type("Owner", (), {"x": Interrupted()})
+    assert of_an_interruption(caught.value)
+    assert not of_an_interruption(ValueError("another"))

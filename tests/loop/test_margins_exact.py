@@ -9,11 +9,15 @@ from exact_rational import fraction, gain_crossings, real_crossings
 from flexible_loops import random_flexible_loop
 
 from slewctl._types import Array
+from slewctl.loop.single.axis_ends import UndecidedError
 from slewctl.loop.single.certificate import certify
 from slewctl.loop.single.crossings import crossings, log_gain, sampled, sine, truly_real
 from slewctl.loop.single.factored_loop import factored
 from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.numerics.linear_system import LinearSystem
+
+# Loops whose ends are lost in the rounding of their matrices.
+UNDECIDED: list[str] = []
 
 
 def check(loop: control.StateSpace, label: str) -> int:
@@ -34,15 +38,24 @@ def certified(loop: control.StateSpace, exact: tuple[Array, Array], label: str) 
     """Fail when the search in intervals finds others."""
     with np.errstate(all="ignore"):
         factors = factored(LinearSystem(loop.A, loop.B, loop.C, loop.D, loop.dt))
-        found = certify(factors).search
-    gain, real = (factors.omega(points.arrays[0]) for points in (found.unit, found.real))
-    values = factors.on_axis(factors.axis(exact[1])).real
-    # Where L is smaller, its rounding may hide whether it is real: such places are touched.
-    known = exact[1][(values < -1e-6) & (values > -1e8)]
-    real = real[factors.on_axis(factors.axis(real)).real < -1e-6]
-    for ours, theirs in ((gain, exact[0]), (real, known)):
-        assert len(ours) == len(theirs), label
-        np.testing.assert_allclose(ours, theirs, rtol=1e-8, err_msg=label)
+        try:
+            found = certify(factors).search
+        except UndecidedError:
+            UNDECIDED.append(label)
+            return
+    known = factors.axis(exact[0]), factors.axis(exact[1])
+    values = factors.on_axis(known[1]).real
+    for points, theirs, where in (
+        (found.unit, known[0], np.ones(len(known[0]), dtype=bool)),
+        # Where L is smaller, its rounding may hide whether it is real: such places are touched.
+        (found.real, known[1], (values < -1e-6) & (values > -1e8)),
+    ):
+        v, width = points.arrays
+        if points is found.real:
+            seen = factors.on_axis(v).real < -1e-6
+            v, width = v[seen], width[seen]
+        assert len(v) == np.sum(where), label
+        assert np.all(np.abs(v - theirs[where]) <= width + 1e-12 * v), label
 
 
 def test_roots_of_a_textbook_loop_are_exact() -> None:
@@ -75,7 +88,9 @@ def test_ten_loops_have_exactly_their_crossings() -> None:
 def test_a_hundred_and_twenty_loops_have_exactly_their_crossings() -> None:
     rng = np.random.default_rng(12)
     loops = [random_flexible_loop(rng, int(rng.integers(5, 13))).loop for _ in range(120)]
+    UNDECIDED.clear()
     assert sum(check(loop, f"loop {i}") for i, loop in enumerate(loops)) > 1500
+    assert len(UNDECIDED) <= 2
 
 
 @pytest.mark.parametrize("gap", [1e-1, 1e-2, 1e-3, 1e-5])
