@@ -43,12 +43,24 @@ def of_an_interruption(error: BaseException | None) -> bool:
 
 
 def interrupted() -> NoReturn:
-    """Say that the user has stopped it, and stop; a second Ctrl-C changes nothing."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    from slewctl.cli.terminal import ERR
+    """Say that the user has stopped it, and stop; a second Ctrl-C changes nothing.
 
-    ERR.tell("interrupted; no file was half-written")
-    sys.exit(INTERRUPTED)
+    What was being loaded is left as it is: to load it again, or to let Python take down what is
+    half-loaded, makes libraries of C complain or crash.  What had to be undone was undone on the
+    way here.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    told = "interrupted; no file was half-written"
+    try:
+        if (terminal := sys.modules.get("slewctl.cli.terminal")) is not None:
+            terminal.ERR.tell(told)
+        else:
+            sys.stderr.write(f"slewctl: {told}\n")
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:  # nobody reads it
+        pass
+    os._exit(INTERRUPTED)
 
 
 def _run() -> int:
