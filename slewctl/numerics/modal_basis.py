@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import LinAlgError, lu_factor, lu_solve
 
-from slewctl._types import Array, ComplexArray, IntArray
+from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.numerics.modes import AT_ORIGIN, linked, near
 from slewctl.numerics.ordered_schur import nearest_of, ordered_complex_schur
 
@@ -27,6 +27,14 @@ class Modes:
     W: ComplexArray
     J: ComplexArray
     blocks: tuple[IntArray, ...] = ()
+
+
+def outside(n: int, groups: Iterable[IntArray]) -> BoolArray:
+    """Return which of n indices are in none of some groups."""
+    alone = np.ones(n, dtype=bool)
+    for group in groups:
+        alone[group] = False
+    return alone
 
 
 def modal_bases(A: Array) -> Iterator[tuple[IntArray, Modes]]:

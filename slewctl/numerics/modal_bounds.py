@@ -8,7 +8,7 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.numerics.long_sums import LongComplex, LongComplexSum
-from slewctl.numerics.modal_basis import Modes
+from slewctl.numerics.modal_basis import Modes, outside
 
 # Of one complex operation; a sum of n products has n times as much at most (Higham, "Accuracy
 # and Stability of Numerical Algorithms", 2nd ed., sections 3.1 and 3.6).
@@ -80,15 +80,12 @@ def _refined(stack: Stack, modes: Modes) -> BoundedModes:
     """
     A, B, C = stack.A[0], stack.B[0], stack.C[0]
     n = len(A)
-    alone = np.ones(n, dtype=bool)
-    for group in modes.blocks:
-        alone[group] = False
+    alone = outside(n, modes.blocks)
     free = np.outer(alone, alone)
     V, J = LongComplex(modes.V[0]), LongComplex(modes.J[0])
     W = modes.W[0]
     for _ in range(_STEPS):
-        R, bound = _residual(A, stack.lost[0], V, J)
-        F = W @ R
+        F = W @ _residual(A, stack.lost[0], V, J)[0]
         values = np.diagonal(J.hi)
         apart = values[None, :] - values[:, None]
         step = np.divide(F, apart, out=np.zeros_like(F), where=(apart != 0) & free)
@@ -96,17 +93,12 @@ def _refined(stack: Stack, modes: Modes) -> BoundedModes:
         V = V.plus(V.hi @ step)
     W = np.linalg.inv(V.hi)
     R, bound = _residual(A, stack.lost[0], V, J)
-    correct = _Corrected(V.hi[None], W[None])
-    # V is its leading part but for V.lo: both are in the inverse's defect.
-    correct.off += np.abs(W) @ np.abs(V.lo)
+    correct = _Corrected(V.hi[None], W[None], V.lo[None])
     size = np.abs(W)[None]
-    F = correct(size @ (np.abs(R) + bound)[None])
-    f = F.max(axis=-1)
-    g = np.divide(F, f[..., None], out=np.zeros_like(F), where=f[..., None] > 0).max(axis=-2)
+    f, g = _rank_one(correct(size @ (np.abs(R) + bound)[None]))
     x = LongComplex(W @ B)
     for _ in range(_STEPS):
-        rest, inexact = _rest(B, V, x)
-        x = x.plus(W @ rest)
+        x = x.plus(W @ _rest(B, V, x)[0])
     rest, inexact = _rest(B, V, x)
     off = correct(size @ (np.abs(rest) + inexact)[None])[0] + np.abs(x.lo)
     Y, lost = _seen(C, V)
@@ -128,9 +120,7 @@ def _bounded(stack: Stack, modes: Modes) -> BoundedModes:
     count = (stack.A.shape[-1] + 2) * ROUNDING
     missing = np.abs(stack.A @ modes.V - modes.V @ modes.J)
     missing += count * (np.abs(stack.A) @ V + V @ np.abs(modes.J)) + np.abs(stack.lost) @ V
-    F = correct(W @ missing)
-    f = F.max(axis=-1)
-    g = np.divide(F, f[..., None], out=np.zeros_like(F), where=f[..., None] > 0).max(axis=-2)
+    f, g = _rank_one(correct(W @ missing))
     x = modes.W @ stack.B
     missing = np.abs(stack.B - modes.V @ x) + count * (V @ np.abs(x) + np.abs(stack.B))
     return BoundedModes(
@@ -143,6 +133,13 @@ def _bounded(stack: Stack, modes: Modes) -> BoundedModes:
         g,
         np.zeros_like(f),
     )
+
+
+def _rank_one(F: Array) -> tuple[Array, Array]:
+    """Return f and g with F ≤ f gᵀ, entry by entry."""
+    f = F.max(axis=-1)
+    part = np.divide(F, f[..., None], out=np.zeros_like(F), where=f[..., None] > 0)
+    return f, part.max(axis=-2)
 
 
 def _residual(A: Array, lost: Array, V: LongComplex, J: LongComplex) -> tuple[ComplexArray, Array]:
@@ -185,12 +182,12 @@ def _seen(C: Array, V: LongComplex) -> tuple[ComplexArray, Array]:
 
 
 class _Corrected:
-    """From |W| r to a bound of |V⁻¹| r, W being the inverse of V but for rounding."""
+    """From |W| r to a bound of |(V + low)⁻¹| r, W being the inverse of V but for rounding."""
 
-    def __init__(self, V: ComplexArray, W: ComplexArray) -> None:
+    def __init__(self, V: ComplexArray, W: ComplexArray, low: ComplexArray | None = None) -> None:
         n = V.shape[-1]
-        off = np.abs(np.eye(n) - W @ V)
-        self.off = off + (n + 2) * ROUNDING * (np.abs(W) @ np.abs(V))
+        off = np.abs(np.eye(n) - W @ V) + (n + 2) * ROUNDING * (np.abs(W) @ np.abs(V))
+        self.off = off if low is None else off + np.abs(W) @ np.abs(low)
         rows = self.off.sum(axis=-1).max(axis=-1)
         with np.errstate(divide="ignore"):
             self.more = np.where(rows < 1, rows / (1 - rows), np.inf)[:, None, None]

@@ -7,8 +7,8 @@ bounded entry by entry, so that values of (C, A, b) computed from the modes can 
 
     |C (s − A)⁻¹ b − Y (s − J)⁻¹ ξ| ≤ |Y| R f · g R |ξ| / (1 − g R f) + …
 
-with R = |(s − J)⁻¹| and |F| ≤ f gᵀ.  The bounds hold for every matrix whose entries differ
-from those given by a few units of their own last place.
+with R = |(s − J)⁻¹| and |F| ≤ f gᵀ.  The bounds hold for the matrices as they were given, in
+double precision.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray, IntArray
+from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.numerics.balance import balance_realisation
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.long_sums import LongSum
-from slewctl.numerics.modal_basis import modal_bases
+from slewctl.numerics.modal_basis import modal_bases, outside
 from slewctl.numerics.modal_bounds import Stack, best_modes
 from slewctl.numerics.modes import linked
 
@@ -75,6 +75,11 @@ class ModalForm:
     entry_error: Array
     shape_error: Array
     sample_time: float
+
+    @property
+    def alone(self) -> BoolArray:
+        """Which poles are in no block, shape (n,)."""
+        return outside(len(self.poles), [block.index for block in self.blocks])
 
 
 # What a truth yields is computed once for all controllers that meet it.

@@ -22,7 +22,7 @@ from slewctl.loop.single.findings import Least
 from slewctl.loop.single.margin_report import Report
 from slewctl.loop.single.margin_results import Crossing, Margins
 from slewctl.loop.single.mode_names import Modes
-from slewctl.loop.single.perturbation import Changed
+from slewctl.loop.single.perturbation import Changed, Kind
 from slewctl.loop.single.search import Search
 from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.numerics.linear_system import LinearSystem
@@ -183,14 +183,9 @@ def _undelayed(loop: FactoredLoop, omega: float) -> complex:
     return complex(loop.on_axis(v)[0] * np.exp(1j * v[0] * loop.delay))
 
 
-def _nearest(report: Report, loop: FactoredLoop, kind: str, least: Least, skew: float) -> Crossing:
-    omega = (
-        math.inf
-        if math.isinf(least.v) and not loop.sample_time
-        else float(loop.omega(np.array(least.v)))
-    )
+def _nearest(report: Report, loop: FactoredLoop, kind: Kind, least: Least, skew: float) -> Crossing:
     return report.nearest(
-        "modulus" if kind == "modulus" else "disk", least.value, omega, skew, least.proved
+        kind, least.value, float(loop.omega(np.array(least.v))), skew, least.proved
     )
 
 
@@ -256,8 +251,7 @@ def _balls(loop: FactoredLoop, v: Array, width: Array) -> tuple[list[complex], l
     if not len(v):
         return [], []
     box = loop.enclosed(v, width)
-    size = np.abs(box.slope) * width + 0.5 * width**2 * box.curve + box.error
-    return box.value.tolist(), size.tolist()
+    return box.value.tolist(), box.reach.tolist()
 
 
 def _turns(found: Certificate) -> tuple[Array, Array, tuple[float, float]]:

@@ -8,6 +8,7 @@ triangular block is a chain of products of such terms.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -64,23 +65,17 @@ class Factor:
 
     def __init__(self, form: ModalForm) -> None:
         self.form = form
-        sampled = bool(form.sample_time)
-        n = len(form.poles)
-        self.all = Terms.of(form.poles, sampled)
-        in_blocks = list(form.blocks)
-        taken = np.zeros(n, dtype=bool)
-        for block in in_blocks:
-            taken[block.index] = True
-        at_zero = np.flatnonzero(~taken & (form.poles == 0))
-        taken[at_zero] = True
+        self.sampled = bool(form.sample_time)
+        self.all = Terms.of(form.poles, self.sampled)
+        # A single pole at zero is a block too: sᵏ is taken out of all of them.
+        at_zero = np.flatnonzero(form.alone & (form.poles == 0))
         zero = np.zeros((1, 1), dtype=complex)
-        self.blocks = [*in_blocks, *(Block(np.array([k]), zero) for k in at_zero.tolist())]
-        self.alone = np.flatnonzero(~taken)
-        self.sampled = sampled
+        self.blocks = [*form.blocks, *(Block(np.array([k]), zero) for k in at_zero.tolist())]
+        self.alone = np.flatnonzero(form.alone & (form.poles != 0))
         pick = self.alone
-        self.simple = Terms.of(form.poles[pick], sampled)
+        self.simple = Terms.of(form.poles[pick], self.sampled)
         coefficient = (form.shape * form.entry)[:, pick]
-        count = (n + 8) * ROUNDING
+        count = (len(form.poles) + 8) * ROUNDING
         self.D = form.D + (coefficient * self.simple.a).sum(axis=1)
         direct = count * (np.abs(form.D) + np.abs(coefficient * self.simple.a).sum(axis=1))
         self.residue: ComplexArray = np.asarray((coefficient * self.simple.b).T)  # (n, p)
@@ -93,7 +88,7 @@ class Factor:
         rounding = form.shape_error + count * shape
         self.entry, self.shape, self.rounding = entry, shape, rounding
         p = len(form.D)
-        columns = np.concatenate(
+        self.bounds = np.concatenate(
             [
                 (shape * form.spread).T,
                 (rounding * entry + shape * form.entry_error).T,
@@ -102,7 +97,6 @@ class Factor:
             ],
             axis=1,
         )[pick]
-        self.bounds = columns
         self.offset = np.concatenate([np.zeros(p), direct, np.zeros(2)])
         self.pole_error = form.pole_error[pick]
         self.shifted = (shape * entry * form.pole_error).T[pick]
@@ -137,12 +131,12 @@ class Factor:
             value, slope = u @ self.residue + self.D, -1j * ((u * u) @ self.residue)
             curves = 2 * ((q2 * q) @ self.curving)
             curve, flat = curves[:, : self.outputs], curves[:, self.outputs :]
-            for block in self.blocks:
-                distance = self._from_interval(block, c, h)
-                w, w1, w2 = self._chain(block, s, h, 1 / distance)
+            near = [1 / self._from_interval(block, c, h) for block in self.blocks]
+            for block, q_block in zip(self.blocks, near, strict=True):
+                w, w1, w2 = self._chain(block, s, h, q_block)
                 Y = self.form.shape[:, block.index].T
                 value, slope, curve = value + w @ Y, slope + w1 @ Y, curve + w2 @ np.abs(Y)
-            error = self._error(q, [1 / self._from_interval(b, c, h) for b in self.blocks])
+            error = self._error(q, near)
             flat = self._flat_curve(c, h, flat) if self.order_at_zero else curve
         return Enclosed(value, slope, curve, error, flat)
 
@@ -204,16 +198,13 @@ class Factor:
             index, Y = block.index, form.shape[:, block.index]
             a, b = self.all.a[index], self.all.b[index]
             if block.nilpotent:
-                moment = form.entry[index]
-                for j in range(1, len(index) + 1):
+                for j, moment in self._moments(block):
                     # sᵏ uʲ with u = a + b/s.
-                    size = np.abs(Y @ moment)
                     top = (abs(b[0]) + abs(a[0]) * radius) ** j * radius ** (k - j)
                     if j == k:
-                        value = value + Y @ moment * b[0] ** k
+                        value = value + moment * b[0] ** k
                         top -= abs(b[0]) ** k
-                    away = away + size * top
-                    moment = block.T @ moment
+                    away = away + np.abs(moment) * top
             else:
                 origin = np.zeros(1, complex)
                 near = 1 / self._away(block, origin, radius)
@@ -239,10 +230,10 @@ class Factor:
                 found = found + power * (power - 1) * size * far[:, None] ** (power - 2)
         for block in self.blocks:
             if not block.nilpotent:
-                found = found + self._flattened(block, k, c, h)
+                found = found + self._flat_block(block, k, c, h)
         return found
 
-    def _flattened(self, block: Block, k: int, c: Array, h: Array) -> Array:
+    def _flat_block(self, block: Block, k: int, c: Array, h: Array) -> Array:
         """Return the bound of |d²/dv² (sᵏ Y w)| of another block, by the product rule."""
         s, far = np.asarray(1j * c, dtype=complex), c + h
         w, w1, w2 = self._chain(block, s, h, 1 / self._from_interval(block, c, h))
@@ -256,7 +247,7 @@ class Factor:
     @cached_property
     def _polynomial(self) -> Array:
         """Sizes of the coefficients of the polynomial in sᵏ X, shape (k + 1, p)."""
-        k, form = self.order_at_zero, self.form
+        k = self.order_at_zero
         found = np.zeros((k + 1, self.outputs), complex)
         found[k] = self.D
         for power in range(k):
@@ -264,20 +255,25 @@ class Factor:
         for block in self.blocks:
             if block.nilpotent:
                 a, b = self.all.a[block.index[0]], self.all.b[block.index[0]]
-                moment, line = form.entry[block.index], np.ones(1, complex)
-                for j in range(1, len(block.index) + 1):
+                line = np.ones(1, complex)
+                for j, moment in self._moments(block):
                     line = np.polynomial.polynomial.polymul(line, [b, a])
                     shifted = np.concatenate([np.zeros(k - j), line])
-                    weights = form.shape[:, block.index] @ moment
-                    found[: len(shifted)] += shifted[:, None] * weights
-                    moment = block.T @ moment
+                    found[: len(shifted)] += shifted[:, None] * moment
         return np.abs(found) * (1 + 1e-9)
 
-    def errors(self, s: ComplexArray, radius: float = 0.0) -> Array:
-        """Return bounds of the error within a distance of points s, shape (m, p)."""
+    def _moments(self, block: Block) -> Iterator[tuple[int, ComplexArray]]:
+        """Yield j and the factor of uʲ, shape (p,), of a block at the origin: Y Tʲ⁻¹ ξ."""
+        vector = self.form.entry[block.index]
+        for j in range(1, len(block.index) + 1):
+            yield j, self.form.shape[:, block.index] @ vector
+            vector = block.T @ vector
+
+    def errors(self, s: ComplexArray) -> Array:
+        """Return bounds of the error at points s, shape (m, p)."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            q = 1 / np.maximum(np.abs(s[:, None] - self.simple.sigma) - radius, 0.0)
-            return self._error(q, [1 / self._away(block, s, radius) for block in self.blocks])
+            q = 1 / np.abs(s[:, None] - self.simple.sigma)
+            return self._error(q, [1 / self._away(block, s, 0.0) for block in self.blocks])
 
     def _away(self, block: Block, s: ComplexArray, radius: float) -> Array:
         sigma = self.all.sigma[block.index]

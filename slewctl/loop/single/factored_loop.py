@@ -76,6 +76,33 @@ class Enclosure:
     flat_error: Array
     most: Array
 
+    @cached_property
+    def bend(self) -> Array:
+        """What the curvature makes of L at the ends at most."""
+        return 0.5 * self.h * self.h * self.curve
+
+    @cached_property
+    def radius(self) -> Array:
+        """R: how far L is from the segment at most."""
+        return self.bend + self.error
+
+    @cached_property
+    def reach(self) -> Array:
+        """How far L may be from its value in the middle, for all that is known."""
+        return np.abs(self.slope) * self.h + self.radius
+
+    def imaginary(self, k: int) -> tuple[Array, Array, Array]:
+        """Return vᵏ Im L in the middle, its slope, and how far it may be from that line.
+
+        Parameters
+        ----------
+        k : int
+            Order of the pole at zero.
+        """
+        back = (-1j) ** k
+        bend = 0.5 * self.h * self.h * self.flat_curve
+        return (back * self.flat).imag, (back * self.flat_slope).imag, bend
+
 
 class FactoredLoop:
     """The return ratio of a plant with one input and a controller with one command.
@@ -146,11 +173,11 @@ class FactoredLoop:
         """Return L at s = jv, shape (m,)."""
         return self.at(np.asarray(1j * v, dtype=complex))
 
-    def errors(self, s: ComplexArray, radius: float = 0.0) -> Array:
-        """Return bounds of the error of `at` within a distance of points s."""
+    def errors(self, s: ComplexArray) -> Array:
+        """Return bounds of the error of `at`, shape (m,)."""
         G, K = np.abs(self.plant.values(s)), np.abs(self.controller.values(s))
         more = ROUNDING * (4 + np.abs(s) * self.delay)[:, None]
-        eG, eK = self.plant.errors(s, radius), self.controller.errors(s, radius)
+        eG, eK = self.plant.errors(s), self.controller.errors(s)
         return np.asarray((eG * K + G * eK + eG * eK + more * G * K).sum(axis=1))
 
     def enclosed(self, c: Array, h: Array) -> Enclosure:

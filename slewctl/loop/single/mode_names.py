@@ -176,8 +176,5 @@ def _single_poles(system: LinearSystem) -> tuple[ComplexArray, ComplexArray, Boo
         residues = found.residues(system.B, system.C, everything)
         return found.poles, residues, np.ones(len(found.poles), dtype=bool)
     form = modal_form(system)  # the margins have it already
-    alone = np.ones(len(form.poles), dtype=bool)
-    for block in form.blocks:
-        alone[block.index] = False
     poles = form.poles + 1 if form.sample_time else form.poles
-    return poles, (form.shape * form.entry).T[:, :, None], alone
+    return poles, (form.shape * form.entry).T[:, :, None], form.alone

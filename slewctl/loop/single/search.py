@@ -61,21 +61,18 @@ class Search:
         self.real, self.real_touched = Points(), Points()
         closed = [*gaps, *([start] if start else [])]
         self.floor = max((1 / gap.least for gap in closed), default=0.0)
+        self.turn: float | None = end.turn + sum(gap.turn for gap in closed)
         self.rise, self.fall = WIDEST, max(1 / WIDEST, self.floor)
-        inside = sum(gap.unstable for gap in gaps)
+        inside = sum(gap.unstable for gap in closed)
         self.unstable_open = int(np.sum(loop.poles.real > 0)) - inside
         self.intervals = 0
         self._answered: list[tuple[Array, Array, BoolArray]] = []
-        self.turn: float | None = end.turn + sum(gap.turn for gap in gaps)
-        if start:
-            self.turn += start.turn
         self._least = {MODULUS: (np.inf, 0.0, 0.0), DISK: (np.inf, 0.0, 0.0)}
         self._proved = {MODULUS: np.inf, DISK: np.inf}
-        edges = first_intervals(loop, start, gaps, end)
-        self._run(*edges)
+        self._run(*first_intervals(loop, start, gaps, end))
         self.unit.polish(self._log_gain)
         self.real.polish(self._sine)
-        self._ends(start, gaps, end)
+        self._ends(closed, end)
         self._polish()
 
     @property
@@ -108,9 +105,9 @@ class Search:
         value, v, _ = self._least[kind]
         return Least(value, v, min(self._proved[kind], value))
 
-    def _ends(self, start: Gap | None, gaps: list[Gap], end: Tail) -> None:
+    def _ends(self, closed: list[Gap], end: Tail) -> None:
         for kind in (MODULUS, DISK):
-            for gap in [*gaps, *([start] if start else [])]:
+            for gap in closed:
                 size = gap.least - 1
                 proved = size if kind == MODULUS else size / (1 + abs(self.shift) * size)
                 self._proved[kind] = min(self._proved[kind], proved)
@@ -175,12 +172,10 @@ class Search:
             left = self._answer(box, a, b, La, Lb, asked)
             small = self._settled(box) | (self.intervals > _MOST)
             self._give_up(box, left & small)
-            self._answered.append((a, b, asked & ~(left & ~small)))
-            open_ = left & ~small
-            keep = open_.any(axis=0)
-            a, b, La, Lb = a[keep], b[keep], La[keep], Lb[keep]
-            asked = open_[:, keep]
-            a, b, La, Lb, asked = self._parted(a, b, La, Lb, asked)
+            left &= ~small
+            self._answered.append((a, b, asked & ~left))
+            keep = left.any(axis=0)
+            a, b, La, Lb, asked = self._parted(a[keep], b[keep], La[keep], Lb[keep], left[:, keep])
 
     def _parted(
         self, a: Array, b: Array, La: ComplexArray, Lb: ComplexArray, asked: BoolArray
@@ -201,15 +196,12 @@ class Search:
     def _settled(self, box: Enclosure) -> BoolArray:
         """Whether halving would change nothing, for each question: its errors are all there is."""
         h, L = box.h, box.value
-        bend = 0.5 * h * h * box.curve
-        reach, twice = np.abs(box.slope) * h + bend, 2 * box.error
-        back = (-1j) ** self.loop.order_at_zero
-        flat, slope = (back * box.flat).imag, (back * box.flat_slope).imag
+        reach, twice = np.abs(box.slope) * h + box.bend, 2 * box.error
+        flat, slope, bent = box.imaginary(self.loop.order_at_zero)
         small = np.empty((5, len(h)), dtype=bool)
         small[UNIT] = np.abs(np.abs(L) - 1) + reach <= twice
-        bent = 0.5 * h * h * box.flat_curve
         small[REAL] = np.abs(flat) + np.abs(slope) * h + bent <= 2 * box.flat_error
-        small[MODULUS] = small[DISK] = bend <= 0.25 * box.error
+        small[MODULUS] = small[DISK] = box.bend <= 0.25 * box.error
         small[WINDING] = np.abs(1 + L) + reach <= twice
         return np.asarray(small | (h <= 16 * np.finfo(float).eps * box.c))
 
@@ -223,22 +215,20 @@ class Search:
         asked: BoolArray,
     ) -> BoolArray:
         """Return which questions stay open on which intervals."""
-        h, L, L1 = box.h, box.value, box.slope
-        bend = 0.5 * h * h * box.curve
-        R = bend + box.error
+        h, L, L1, R = box.h, box.value, box.slope, box.radius
         ahead, back = np.abs(L + L1 * h), np.abs(L - L1 * h)
         most = np.minimum(np.maximum(ahead, back) + R, box.most)
         least = _distance(L, L1, h, 0.0) - R
         left = np.zeros_like(asked)
-        left[UNIT] = self._unit(box, (a, b, La, Lb), asked[UNIT] & (least <= 1) & (most >= 1), bend)
-        left[REAL] = self._real(box, (a, b, La, Lb), asked[REAL], R, (least, most))
+        left[UNIT] = self._unit(box, (a, b, La, Lb), asked[UNIT] & (least <= 1) & (most >= 1))
+        left[REAL] = self._real(box, (a, b, La, Lb), asked[REAL], (least, most))
         nearest = self._least[MODULUS][0] * (1 - TOLERANCE)
         away = np.maximum(_distance(L, L1, h, -1.0) - R, 1 - box.most)
         left[MODULUS] = asked[MODULUS] & ~(away >= nearest)
         t = self._least[DISK][0] * (1 - TOLERANCE)
         outside = self._outside((L, L1 * h), R, t) | self._outside((0 * L, 0 * L), box.most, t)
         left[DISK] = asked[DISK] & ~outside
-        clear = (np.abs(1 + L) > np.abs(L1) * h + R) | (box.most < 1)
+        clear = (np.abs(1 + L) > box.reach) | (box.most < 1)
         sure = asked[WINDING] & clear
         if self.turn is not None and sure.any():
             self.turn += float(np.angle((1 + Lb[sure]) / (1 + La[sure])).sum())
@@ -263,13 +253,12 @@ class Search:
         box: Enclosure,
         ends: tuple[Array, Array, ComplexArray, ComplexArray],
         asked: BoolArray,
-        bend: Array,
     ) -> BoolArray:
         if not asked.any():
             return asked
         a, b, La, Lb = ends
         h, L, L1 = box.h, box.value, box.slope
-        reach = np.abs(L1) * h + bend
+        reach = np.abs(L1) * h + box.bend
         uphill = np.abs((L.conj() * L1).real)
         slope = uphill - (np.abs(L1) * reach + (np.abs(L) + reach) * h * box.curve)
         with np.errstate(invalid="ignore"):
@@ -285,20 +274,16 @@ class Search:
         box: Enclosure,
         ends: tuple[Array, Array, ComplexArray, ComplexArray],
         asked: BoolArray,
-        R: Array,
         size: tuple[Array, Array],
     ) -> BoolArray:
         a, b, La, Lb = ends
         h, k = box.h, self.loop.order_at_zero
-        back = (-1j) ** k
-        flat, slope = (back * box.flat).imag, (back * box.flat_slope).imag
-        room = 0.5 * h * h * box.flat_curve
+        flat, slope, bent = box.imaginary(k)
         least, most = size
-        positive = box.value.real - np.abs(box.slope.real) * h - R > 0
-        beyond = (most * self.rise < 1) | (least * self.fall > 1)
-        within = (most < 1) & (most * self.rise < 1) | (least > 1) & (least * self.fall > 1)
-        apart = np.abs(flat) > np.abs(slope) * h + room + box.flat_error
-        open_ = asked & ~positive & ~(beyond & within) & ~apart
+        positive = box.value.real - np.abs(box.slope.real) * h - box.radius > 0
+        beyond = (most < 1) & (most * self.rise < 1) | (least > 1) & (least * self.fall > 1)
+        apart = np.abs(flat) > np.abs(slope) * h + bent + box.flat_error
+        open_ = asked & ~positive & ~beyond & ~apart
         if not open_.any():
             return open_
         steep = np.abs(slope) - h * box.flat_curve
@@ -307,12 +292,11 @@ class Search:
         signs = a**k * La.imag, b**k * Lb.imag
         into = self.real, self.real_touched
         crossed = sort_out(once, signs, box.flat_error, off, (a, b), into)
-        if not self.loop.delay:
-            return open_ & ~once
-        # Of infinitely many limits those farther out than one that is surely here are left.
-        sure = crossed & (box.value.real + np.abs(box.slope) * h + R < 0)
-        self.rise = float(np.min(1 / least[sure & (most < 1)], initial=self.rise))
-        self.fall = float(np.max(1 / most[sure & (least > 1)], initial=self.fall))
+        if self.loop.delay:
+            # Of infinitely many limits those farther out than one that is surely here are left.
+            sure = crossed & (box.value.real + box.reach < 0)
+            self.rise = float(np.min(1 / least[sure & (most < 1)], initial=self.rise))
+            self.fall = float(np.max(1 / most[sure & (least > 1)], initial=self.fall))
         return open_ & ~once
 
     def _log_gain(self, v: Array) -> Array:
@@ -337,7 +321,7 @@ class Search:
 
     def _nearest(self, kind: int, box: Enclosure, here: BoolArray) -> float:
         """Return the largest distance that some boxes prove, by bisection."""
-        R = 0.5 * box.h**2 * box.curve + box.error
+        R = box.radius
         low, high = 0.0, self._least[kind][0]
         for _ in range(50):
             t = 0.5 * (low + high)
