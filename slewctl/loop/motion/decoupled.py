@@ -18,8 +18,7 @@ from scipy.linalg import schur, solve_sylvester
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError
 from slewctl.loop.motion.eigenpairs import Pairs, scale_of_the_slow
-from slewctl.numerics.balance import balance
-from slewctl.numerics.modes import linked, near
+from slewctl.numerics.modes import Eigensystem, linked, near
 from slewctl.numerics.ordered_schur import nearest_of, ordered_complex_schur
 
 # Largest condition numbers of an eigenvalue that stands alone: if too much is lost with one
@@ -95,9 +94,8 @@ def decoupled(A: Array, lasting: Lasting | None = None) -> Decoupled:
     AccuracyError
         If rounding hides more than 1e-6 of the motion of the parts.
     """
-    scale, last = balance(A), lasting or _damped
-    balanced = A / scale[:, None] * scale
-    pairs = Pairs.of(balanced)
+    whole, last = Eigensystem.of(A), lasting or _damped
+    balanced, scale, pairs = whole.balanced, whole.scale, Pairs.of(whole)
     found = _alone(balanced, scale, pairs, last) or _alone_beside_the_fast(
         balanced, scale, pairs, last
     )

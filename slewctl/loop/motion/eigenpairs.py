@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eig
 
 from slewctl._types import Array, ComplexArray
 from slewctl.numerics.balance import balance
+from slewctl.numerics.modes import Eigensystem
 
 # Steps of Newton's method.
 _STEPS = 3
@@ -36,11 +36,9 @@ class Pairs:
     condition: Array
 
     @classmethod
-    def of(cls, A: Array) -> Pairs:
-        """Return the pairs of a matrix as LAPACK finds them."""
-        values, left, right = eig(A, left=True)  # type: ignore[misc]
-        with np.errstate(divide="ignore"):
-            return cls(values, right, 1 / np.abs((left.conj() * right).sum(axis=0)))
+    def of(cls, found: Eigensystem) -> Pairs:
+        """Return the pairs of a balanced matrix as LAPACK finds them."""
+        return cls(found.poles, found.right, 1 / np.abs(found.meeting))
 
     @classmethod
     def _with(cls, values: ComplexArray, right: ComplexArray, left: ComplexArray) -> Pairs:
