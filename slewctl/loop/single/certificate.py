@@ -111,8 +111,9 @@ def certified_margins(
         raise UndecidedError("a closed-loop pole is too near to the axis")
     if found.unstable:
         late = f" with a dead time of {loop.delay:g} s" if loop.delay else ""
+        poles = "pole" if found.unstable == 1 else "poles"
         raise UnstableLoopError(
-            f"the closed loop{late} is not stable: it has {found.unstable} unstable poles",
+            f"the closed loop{late} is not stable: it has {found.unstable} unstable {poles}",
             where="margins",
             remedy="change the design; without the dead time the loop's poles say where it fails"
             if late
