@@ -36,13 +36,19 @@ def _end(kind: type[BaseException], error: BaseException, trace: TracebackType |
     if not issubclass(kind, KeyboardInterrupt):
         sys.__excepthook__(kind, error, trace)
         return
-    _stop()
+    stop()
 
 
-def _stop() -> NoReturn:
+def stop(told: str = "interrupted") -> NoReturn:
+    """Say it in one line and leave, whatever state the process is in.
+
+    What was being loaded is left as it is: to load it again, or to let Python take down what is
+    half-loaded, makes libraries of C complain or crash.
+    """
     try:
-        sys.stderr.write("slewctl: interrupted\n")
+        sys.stderr.write(f"slewctl: {told}\n")
         sys.stderr.flush()
+        sys.stdout.flush()
     finally:
         os._exit(_INTERRUPTED)
 
@@ -54,7 +60,7 @@ def _again(caught: sys.UnraisableHookArgs) -> None:
         sys.__unraisablehook__(caught)
         return
     if sys.is_finalizing():  # Python itself ends, and nothing is raised any more
-        _stop()
+        stop()
 
     def raising(_: int, __: object) -> None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one must not disturb the end

@@ -9,12 +9,13 @@ import warnings
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, NoReturn
 
+from slewctl._interrupt import stop
+
 if TYPE_CHECKING:
     import click
 
-# Exit statuses: of click for errors of usage, and of a shell, 128 + SIGINT.
+# The exit status of click for errors of usage.
 BAD_INPUT = 2
-INTERRUPTED = 130
 
 
 def main() -> NoReturn:
@@ -45,22 +46,10 @@ def of_an_interruption(error: BaseException | None) -> bool:
 def interrupted() -> NoReturn:
     """Say that the user has stopped it, and stop; a second Ctrl-C changes nothing.
 
-    What was being loaded is left as it is: to load it again, or to let Python take down what is
-    half-loaded, makes libraries of C complain or crash.  What had to be undone was undone on the
-    way here.
+    What had to be undone was undone on the way here.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    told = "interrupted; no file was half-written"
-    try:
-        if (terminal := sys.modules.get("slewctl.cli.terminal")) is not None:
-            terminal.ERR.tell(told)
-        else:
-            sys.stderr.write(f"slewctl: {told}\n")
-        sys.stdout.flush()
-        sys.stderr.flush()
-    except OSError:  # nobody reads it
-        pass
-    os._exit(INTERRUPTED)
+    stop("interrupted; no file was half-written")
 
 
 def _run() -> int:

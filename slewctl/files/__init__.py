@@ -6,6 +6,7 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.files.arm_table import computing_arm, find_arm, read_arm
+    from slewctl.files.example import example_design
     from slewctl.files.find import find_designs, is_study, name_designs
     from slewctl.files.lines import key_lines
     from slewctl.files.reader import DesignFile, read_design, read_designs
@@ -18,6 +19,7 @@ __all__ = [
     "Source",
     "Variation",
     "computing_arm",
+    "example_design",
     "find_arm",
     "find_designs",
     "is_study",

@@ -110,14 +110,8 @@ def read_arm(path: Path) -> Arm:
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
-    >>> from slewctl.files import read_arm
+    >>> from slewctl.files import example_design, read_arm
+    >>> path = example_design()
     >>> read_arm(path).damping_ratio
     0.01
     """

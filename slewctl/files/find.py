@@ -32,20 +32,8 @@ def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... model = { basis = "clamped-free", n = 1 }
-    ... requirements = { gain_margin_db = 3.0 }
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
-    >>> from slewctl.files import find_designs
+    >>> from slewctl.files import example_design, find_designs
+    >>> path = example_design()
     >>> [found.name for found in find_designs([path.parent])]
     ['arm.toml']
     """
@@ -87,20 +75,8 @@ def is_study(path: Path) -> bool:
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... model = { basis = "clamped-free", n = 1 }
-    ... requirements = { gain_margin_db = 3.0 }
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
-    >>> from slewctl.files import is_study
+    >>> from slewctl.files import example_design, is_study
+    >>> path = example_design()
     >>> is_study(path)
     False
     """

@@ -94,20 +94,8 @@ def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... model = { basis = "clamped-free", n = 1 }
-    ... requirements = { gain_margin_db = 3.0 }
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
-    >>> from slewctl.files import read_design
+    >>> from slewctl.files import example_design, read_design
+    >>> path = example_design()
     >>> read_design(path).case.basis
     'clamped-free'
     """
@@ -136,20 +124,8 @@ def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... model = { basis = "clamped-free", n = 1 }
-    ... requirements = { gain_margin_db = 3.0 }
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
-    >>> from slewctl.files import read_designs
+    >>> from slewctl.files import example_design, read_designs
+    >>> path = example_design()
     >>> [design.case.name for design in read_designs([path])]
     ['arm']
     """

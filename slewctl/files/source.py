@@ -137,20 +137,8 @@ def read_source(path: Path) -> Source:
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... model = { basis = "clamped-free", n = 1 }
-    ... requirements = { gain_margin_db = 3.0 }
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
-    >>> from slewctl.files import read_source
+    >>> from slewctl.files import example_design, read_source
+    >>> path = example_design()
     >>> read_source(path).content["model"]["n"]
     1
     """

@@ -48,19 +48,8 @@ def check_designs(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... model = { basis = "clamped-free", n = 1 }
-    ... requirements = { gain_margin_db = 3.0 }
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
+    >>> from slewctl.files import example_design
+    >>> path = example_design()
     >>> from slewctl.gate import check_designs
     >>> [result.status for result in check_designs([path])]
     ['passed']
@@ -96,19 +85,8 @@ def check_file(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... model = { basis = "clamped-free", n = 1 }
-    ... requirements = { gain_margin_db = 3.0 }
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
+    >>> from slewctl.files import example_design
+    >>> path = example_design()
     >>> from slewctl.gate import check_file
     >>> check_file(path).status
     'passed'
@@ -142,18 +120,8 @@ def skip_unchanged(design: DesignFile, baseline: Baseline) -> DesignResult | Non
     Examples
     --------
     >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... model = { basis = "clamped-free", n = 1 }
-    ... requirements = { gain_margin_db = 3.0 }
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
+    >>> from slewctl.files import example_design
+    >>> path = example_design()
     >>> from slewctl.check import Baseline
     >>> from slewctl.files import read_design
     >>> from slewctl.gate import skip_unchanged
@@ -189,20 +157,8 @@ def examine(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> path = Path(mkdtemp()) / "arm.toml"
-    >>> text = '''
-    ... arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-    ... model = { basis = "clamped-free", n = 1 }
-    ... requirements = { gain_margin_db = 3.0 }
-    ... [controller]
-    ... method = "lqg"
-    ... limits = { tip = 0.03, torque = 1.0 }
-    ... noise = { torque = 0.1, theta = 0.01 }
-    ... '''
-    >>> _ = path.write_text(text)
-    >>> from slewctl.files import read_design
+    >>> from slewctl.files import example_design, read_design
+    >>> path = example_design()
     >>> from slewctl.gate import examine
     >>> [finding.verdict.requirement for finding in examine(read_design(path)).findings]
     ['stable', 'gain_margin_db']
