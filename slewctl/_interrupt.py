@@ -3,7 +3,8 @@
 While the packages are still loading, which takes a second, an exception hook says the line.
 Later too an interruption may come into a function from which Python lets no exception out, such
 as a callback of a weak reference (every import has one), of ctypes, or a ``__del__``: Python would
-print a traceback there and go on as if nothing had happened.  Such an interruption is raised again.
+print a traceback there and go on as if nothing had happened.  Or it comes into a library of C
+that drops every error, and is gone without a word.  Such an interruption is raised again.
 
 Loaded first of all.  In a program that only imports slewctl it does nothing.
 """
@@ -15,6 +16,8 @@ import os
 import signal
 import sys
 import threading
+import time
+import weakref
 from types import TracebackType
 from typing import NoReturn
 
@@ -53,6 +56,30 @@ def stop(told: str = "interrupted") -> NoReturn:
         os._exit(_INTERRUPTED)
 
 
+class _Interruption(KeyboardInterrupt):
+    """Of which a weak reference tells whether it is still on its way."""
+
+
+def _interrupting(_: int, __: object) -> NoReturn:
+    error = _Interruption()
+    there = weakref.ref(error)
+
+    def look() -> None:
+        """Interrupt once more if the error has vanished, and nobody is ending the command."""
+        while signal.getsignal(signal.SIGINT) is _interrupting:
+            time.sleep(_LATER)
+            if there() is None:
+                _interrupt_main()
+                return
+
+    # No `threading.Thread`: what was interrupted may hold its lock.
+    _thread.start_new_thread(look, ())
+    try:
+        raise error
+    finally:
+        del error  # or its own traceback would keep it
+
+
 def _again(caught: sys.UnraisableHookArgs) -> None:
     """Raise an interruption once more that came where it could not end anything."""
     error = caught.exc_value
@@ -83,3 +110,6 @@ def _interrupt_main() -> None:
 if _is_command():
     sys.excepthook = _end
     sys.unraisablehook = _again
+    # Who has the command ignore Ctrl-C, as nohup does, is heeded.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupting)
