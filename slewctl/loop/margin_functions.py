@@ -79,7 +79,7 @@ def margins(
         For several inputs, unlike or unknown sample times, 1 + D = 0, an improper system,
         signals that do not fit together, or an option that means nothing here.
     AccuracyError
-        If nothing can be proved of a loop with dead time.
+        If nothing can be proved of the loop.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Thousands of mistaken files through the reader and every command, and what became of them.
 
 Run as ``python tests/benchmarks/fuzz.py [times] [seed] [command …]``: `times` as many files as
-the tests take, ten by default.  What should not have been is told once for each kind, with the
+`FILES` names, ten by default.  What should not have been is told once for each kind, with the
 number of files and one of them, which is kept in the folder that the last line names.
 """
 

@@ -23,6 +23,7 @@ from delayed_loops import DelayedLoop, random_delayed_loops
 from margins import excess, factors
 from mixed_loops import MixedLoop, random_mixed_loop
 
+from slewctl.errors import AccuracyError
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
 from slewctl.loop.single.axis_ends import WIDEST
@@ -40,6 +41,10 @@ def note(loop: MixedLoop | DelayedLoop, label: str, count: Counter[str], sign: i
     except UnstableLoopError:
         count["stable loops refused"] += stable
         return
+    except AccuracyError as error:
+        count["undecided"] += 1
+        print(f"  {label}: {error}")
+        return
     if not stable:
         count["unstable loops given margins"] += 1
         print(f"  {label}: unstable, given margins")
@@ -47,14 +52,13 @@ def note(loop: MixedLoop | DelayedLoop, label: str, count: Counter[str], sign: i
     wrong, worst, optimistic = loop_errors(loop, found)
     count["wrong"] += wrong
     count["optimistic"] += optimistic
-    count["by eigenvalues"] += not found.intervals
     count["unconfirmed"] += not found.confirmed
     count["wrong and confirmed"] += wrong and found.confirmed
     count["a pair wider than 1e-9"] += any(
         c.at_least is not None and c.at_least < c.value * (1 - EXACT)
         for c in (found.phase_deg, found.delay_s, found.modulus, found.disk)
     )
-    if wrong or not found.intervals or not found.confirmed:
+    if wrong or not found.confirmed:
         print(f"  {label}: error {worst:.1e}, {found.intervals} intervals, {found.doubts}")
 
 

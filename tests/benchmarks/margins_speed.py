@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "loop"))
+from eigenvalue_margins import eigenvalue_margins
 from flexible_loops import FlexibleLoop, random_flexible_loops
 
 from slewctl.loop.parts import paired
 from slewctl.loop.single.classical_margins import classical_margins
-from slewctl.loop.single.eigenvalue_margins import eigenvalue_margins
 from slewctl.loop.single.factored_loop import factored
 from slewctl.loop.single.mode_names import modes_of_pair
 from slewctl.numerics.interconnect import series

@@ -67,7 +67,7 @@ def test_the_files_themselves_are_judged(name: str) -> None:
 
 @pytest.mark.slow
 @given(quick)
-@fuzz(60)
+@fuzz(30)
 def test_check_bears_any_file(text: str) -> None:
     stands("check", text)
 
@@ -86,14 +86,14 @@ def test_modes_bears_any_file(text: str) -> None:
 
 @pytest.mark.slow
 @given(quick)
-@fuzz(20)
+@fuzz(8)
 def test_compare_bears_any_file(text: str) -> None:
     stands("compare", text)
 
 
 @pytest.mark.slow
 @given(quick)
-@fuzz(20)
+@fuzz(4)
 def test_recommend_bears_any_file(text: str) -> None:
     with patch.object(recommend, "ORDERS", (1, 2)), patch.object(recommend, "BANDWIDTHS", (0.3,)):
         stands("recommend", text)
@@ -110,6 +110,6 @@ def test_study_bears_any_file(text: str) -> None:
 
 @pytest.mark.slow
 @given(every)
-@fuzz(20)
+@fuzz(12)
 def test_check_bears_any_file_of_every_method(text: str) -> None:
     stands("check", text)

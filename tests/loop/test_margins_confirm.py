@@ -5,10 +5,10 @@ from __future__ import annotations
 import control
 import numpy as np
 import pytest
+from eigenvalue_doubts import Limit, gain_doubts, phase_doubts
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slewctl.loop.single.confirm import Limit, gain_doubts, phase_doubts
 from slewctl.loop.single.crossings import crossings, log_gain, sampled
 from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.loop.single.roots import polished

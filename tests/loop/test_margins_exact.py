@@ -5,13 +5,14 @@ from __future__ import annotations
 import control
 import numpy as np
 import pytest
+from eigenvalue_crossings import all_sampled, sine, truly_real
 from exact_rational import fraction, gain_crossings, real_crossings
 from flexible_loops import random_flexible_loop
 
 from slewctl._types import Array
 from slewctl.loop.single.axis_ends import UndecidedError
 from slewctl.loop.single.certificate import certify
-from slewctl.loop.single.crossings import crossings, log_gain, sampled, sine, truly_real
+from slewctl.loop.single.crossings import crossings, log_gain
 from slewctl.loop.single.factored_loop import factored
 from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.numerics.linear_system import LinearSystem
@@ -23,7 +24,7 @@ UNDECIDED: list[str] = []
 def check(loop: control.StateSpace, label: str) -> int:
     """Fail when a crossing is missing, invented, or off; return how many there are."""
     broken = BrokenLoop(loop)
-    samples = sampled(broken)
+    samples = all_sampled(broken)
     gain = crossings(broken, samples, log_gain).omega
     real = truly_real(broken, crossings(broken, samples, sine)).omega
     exact = gain_crossings(loop), real_crossings(loop)
@@ -117,6 +118,6 @@ def test_a_close_pair_of_real_crossings_is_found(gap: float) -> None:
     assert len(pair) == 2
     assert 0 < pair[1] - pair[0] < 10e-3 * gap
     broken = BrokenLoop(system)
-    found = truly_real(broken, crossings(broken, sampled(broken), sine)).omega
+    found = truly_real(broken, crossings(broken, all_sampled(broken), sine)).omega
     # At a double root the frequency moves as the square root of rounding.
     np.testing.assert_allclose(found[np.abs(found - 1) < 0.1], pair, rtol=1e-6 * gap)

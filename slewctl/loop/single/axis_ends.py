@@ -22,6 +22,9 @@ _LARGE = 1e4
 # At the origin, and in the tail, |L| is beyond any change of gain that is asked about.
 WIDEST = 1e8
 _TIMES = 60
+# L is left where it is this near to a limit of size one: |L| = 1 may be passed beyond, at half a
+# turn from −1 but for this; as many intervals as its reciprocal are needed to come nearer.
+_NEAR_ONE = 1e-3
 # Marks about a pole: each this much farther from it than the one before.
 _GRADED, _GRADES = 4.0, 16
 
@@ -56,12 +59,15 @@ class Tail:
     Attributes
     ----------
     start, limit, away, turn : float
+    least : float
+        Where the limit is infinite, |L| is larger.
     """
 
     start: float
     limit: float
     away: float
     turn: float
+    least: float = 0.0
 
 
 class UndecidedError(Exception):
@@ -152,9 +158,13 @@ def tail(loop: FactoredLoop) -> Tail:
     """Return where the axis may be left, L being near to its limit from there on."""
     sizes = np.abs(loop.poles)
     far, before = 10 * float(sizes.max(initial=0.0)) or 1.0, np.inf
+    if loop.order_at_end:
+        return _pole_at_end(loop, far)
     for _ in range(_TIMES):
         limit, away = loop.tail(far)
         room = 1e-11 * abs(1 + limit) if limit else 1 / WIDEST
+        if limit > 0 and of_size_one(limit):  # nearer to it |L| = 1 is hidden by rounding
+            room = _NEAR_ONE
         if limit and loop.delay:  # turned on and on: a circle is all there is to know
             room = 1e-3 * (1 - abs(limit))
         # Where rounding alone is left, going farther changes nothing.
@@ -167,6 +177,35 @@ def tail(loop: FactoredLoop) -> Tail:
             return Tail(far, limit, away, float(np.angle(end / at_start)))
         far, before = 10 * far, away
     raise UndecidedError("L is too near to minus one at infinite frequency")
+
+
+def of_size_one(limit: float) -> bool:
+    """Whether |L| tends to one, so that whether it passes one on the way cannot be seen."""
+    return abs(abs(limit) - 1) < 1e-9
+
+
+def _pole_at_end(loop: FactoredLoop, far: float) -> Tail:
+    """Return the tail of a loop with a pole at z = −1, by which the contour passes inside."""
+    k = loop.order_at_end
+    found: Tail | None = None
+    for _ in range(_TIMES):
+        value, away = loop.tail(far)
+        eta = (away + far**-k) / abs(value) if value else np.inf
+        least = abs(value) * far**k * (1 - eta)
+        if eta < 0.3 and least > _LARGE:
+            around = complex((1 + loop.at(np.array([1j * far]))[0]) * (-1j) ** k * np.sign(value))
+            turn = -float(np.angle(around)) - k * np.pi / 2
+            found = Tail(far, np.sign(value) * np.inf, np.inf, turn, least)
+        elif found:
+            break
+        if found and least > WIDEST:
+            break
+        far *= 10
+    if found:
+        return found
+    raise UndecidedError(
+        "the pole at z = -1 is hidden, or too nearly so: feedback does not reach it"
+    )
 
 
 def first_intervals(

@@ -15,6 +15,7 @@ from slewctl.loop.single.axis_ends import (
     Tail,
     UndecidedError,
     gaps_on_axis,
+    of_size_one,
     origin,
     tail,
 )
@@ -32,10 +33,10 @@ from slewctl.numerics.linear_system import LinearSystem
 _PROVED = 1e-6
 # What is known to this needs no long numbers.
 _NARROW = 1e-9
+# Boxes that were left undecided are looked at in so many parts.
+_PARTS = 16
 # An infinite gain margin is in doubt where less than this is proved, in dB.
 _LARGE_DB = 60.0
-# |L| = 1 is undecided over more than this, relative: no crossing, but a band.
-_BAND = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +71,14 @@ class Certificate:
         return self.search.unstable_open - round(turns)
 
 
+class UnprovedStabilityError(UndecidedError):
+    """A closed-loop pole is so near to the axis that only computed poles say on which side."""
+
+    def __init__(self, found: Certificate) -> None:
+        super().__init__("a closed-loop pole is too near to the axis to prove its side of it")
+        self.found = found
+
+
 def certify(loop: FactoredLoop, skew: float = 0.0) -> Certificate:
     """Search the axis of a loop.
 
@@ -79,7 +88,7 @@ def certify(loop: FactoredLoop, skew: float = 0.0) -> Certificate:
         If its ends, or poles on it, cannot be dealt with.
     """
     if not np.isfinite(loop.poles).all():
-        raise UndecidedError("a pole lies at z = -1")
+        raise UndecidedError("several poles lie at z = -1")
     if loop.delay and abs(loop.tail(math.inf)[0]) >= 1:
         raise UnstableLoopError(
             "|L| is not below one at infinite frequency: with dead time the closed loop has "
@@ -125,7 +134,7 @@ def certified_margins(
 def _certified(loop: FactoredLoop, light: LinearSystem, skew: float, modes: Modes) -> Margins:
     found = certify(loop, skew)
     if found.unstable is None:
-        raise UndecidedError("a closed-loop pole is too near to the axis")
+        raise UnprovedStabilityError(found)
     if found.unstable:
         late = f" with a dead time of {loop.delay:g} s" if loop.delay else ""
         poles = "pole" if found.unstable == 1 else "poles"
@@ -139,7 +148,13 @@ def _certified(loop: FactoredLoop, light: LinearSystem, skew: float, modes: Mode
     return margins_of(found, light, skew, modes)
 
 
-def margins_of(found: Certificate, light: LinearSystem, skew: float, modes: Modes) -> Margins:
+def margins_of(
+    found: Certificate,
+    light: LinearSystem,
+    skew: float,
+    modes: Modes,
+    doubts: tuple[str, ...] = (),
+) -> Margins:
     """Return the margins of a stable loop whose axis was searched."""
     loop, search, end = found.loop, found.search, found.end
     report = Report(
@@ -155,17 +170,21 @@ def margins_of(found: Certificate, light: LinearSystem, skew: float, modes: Mode
     turns, omega, (least_turn, least_delay) = _turns(found)
     first = found.start.end if found.start else 0.0
     above = not len(turns) and abs(loop.on_axis(np.array([first]))[0]) > 1
+    phase = report.phase(turns, omega, bool(above), math.degrees(least_turn))
+    delay = report.delay(turns, omega, least_delay)
+    if search.of_size_one:
+        phase, delay = report.all_pass()
     crossings = {
         "gain_db": report.gain(limits, "rise", 20 * math.log10(rise)),
         "gain_reduction_db": report.gain(
             limits, "fall", -20 * math.log10(fall) if fall else math.inf
         ),
-        "phase_deg": report.phase(turns, omega, bool(above), math.degrees(least_turn)),
-        "delay_s": report.delay(turns, omega, least_delay),
+        "phase_deg": phase,
+        "delay_s": delay,
         "modulus": _nearest(report, loop, "modulus", search.modulus, 1.0),
         "disk": _nearest(report, loop, "disk", search.disk, skew),
     }
-    doubts = tuple(
+    doubts += tuple(
         f"{name} is proved to be at least {crossing.at_least:.6g} only"
         for name, crossing in crossings.items()
         if _doubtful(crossing)
@@ -233,7 +252,7 @@ def _gain_limits(found: Certificate) -> tuple[list[tuple[float, float]], tuple[f
             if 1 / WIDEST <= factor <= WIDEST:
                 limits.append((factor, float(loop.omega(np.array(place)))))
             rise, fall = _narrowed(rise, fall, *_factors(abs(value), size))
-    v, width = search.real_touched.arrays
+    v, width = _cut(*search.real_touched.arrays)
     v, width = v[v > 0], width[v > 0]  # L is real at v = 0 anyway
     for value, size in zip(*_balls(loop, v, width), strict=True):
         if value.real - size < 0:
@@ -243,6 +262,8 @@ def _gain_limits(found: Certificate) -> tuple[list[tuple[float, float]], tuple[f
         if origin_value < 0:
             limits.append((-1 / origin_value, 0.0))
             rise, fall = _narrowed(rise, fall, -1 / origin_value, -1 / origin_value)
+    if end.least:
+        return sorted(set(limits)), (rise, fall)
     last = math.pi / loop.sample_time if loop.sample_time else math.inf
     if loop.delay and end.limit:
         limits.append((1 / abs(end.limit), math.inf))
@@ -279,6 +300,13 @@ def _balls(loop: FactoredLoop, v: Array, width: Array) -> tuple[list[complex], l
     return box.value.tolist(), box.reach.tolist()
 
 
+def _cut(v: Array, width: Array) -> tuple[Array, Array]:
+    """Return boxes in parts, in each of which L changes little even beside the origin's pole."""
+    offsets = (np.arange(_PARTS) + 0.5) * 2 / _PARTS - 1
+    parts = v[:, None] + width[:, None] * offsets
+    return parts.ravel(), np.repeat(width / _PARTS * (1 + 1e-9), _PARTS)
+
+
 def _turns(found: Certificate) -> tuple[Array, Array, tuple[float, float]]:
     """Return turns in rad and ω at the gain crossings, and the least of both that is proved."""
     loop, search = found.loop, found.search
@@ -287,9 +315,7 @@ def _turns(found: Certificate) -> tuple[Array, Array, tuple[float, float]]:
     turns = -np.angle(-np.array(values, dtype=complex))
     omega = loop.omega(v)
     least_turn = least_delay = math.inf
-    touched, room = search.unit_touched.arrays
-    if len(touched) and float(np.max(room / np.maximum(touched, 1e-300))) > _BAND:
-        raise UndecidedError("|L| is one over a band of frequencies")
+    touched, room = _cut(*search.unit_touched.arrays)
     more, more_sizes = _balls(loop, touched, room)
     ends = [*(omega * (1 + 4e-16)), *loop.omega(touched + room)]
     for value, size, last in zip([*values, *more], [*sizes, *more_sizes], ends, strict=True):
@@ -299,4 +325,6 @@ def _turns(found: Certificate) -> tuple[Array, Array, tuple[float, float]]:
         lag = (-turn) % (2 * math.pi)
         safe = lag - off if off <= lag <= 2 * math.pi - off else 0.0
         least_delay = min(least_delay, safe / last if last else math.inf)
+    if of_size_one(found.end.limit):
+        least_turn, least_delay = min(least_turn, math.pi - 2 * found.end.away), 0.0
     return turns, omega, (least_turn, least_delay)

@@ -1,9 +1,7 @@
 """Margins of a stable single loop, continuous or sampled, none of them from a grid.
 
 With light damping a resonance is narrower than any frequency grid.  The whole axis is taken
-in intervals instead, each of which proves what it is asked (`certificate`); loops of which
-nothing can be proved so, as those with a pole at z = −1, have their margins from eigenvalues
-(`eigenvalue_margins`).
+in intervals instead, each of which proves what it is asked (`certificate`).
 """
 
 from __future__ import annotations
@@ -13,8 +11,7 @@ import numpy as np
 from slewctl.errors import AccuracyError, InputError, check_number
 from slewctl.loop.parts import System, state_space
 from slewctl.loop.single.axis_ends import UndecidedError
-from slewctl.loop.single.certificate import certified_margins
-from slewctl.loop.single.eigenvalue_margins import eigenvalue_margins
+from slewctl.loop.single.certificate import UnprovedStabilityError, certified_margins, margins_of
 from slewctl.loop.single.factored_loop import FactoredLoop, factored
 from slewctl.loop.single.margin_results import Margins
 from slewctl.loop.single.mode_names import Modes, modes_of_loop
@@ -51,7 +48,7 @@ def classical_margins(
     UnstableLoopError
         An unstable loop has no margin.
     AccuracyError
-        If nothing can be proved of a loop with dead time.
+        If nothing can be proved of a loop.
     InputError
         If the loop has several inputs or outputs, an unknown sample time, an entry that is
         not finite, or feedthrough −1, for which 1 + L has no inverse.
@@ -80,15 +77,19 @@ def classical_margins(
         with np.errstate(all="ignore"):
             return certified_margins(factors or factored(light), light, skew, named)
     except UndecidedError as error:
-        if delay:
-            raise AccuracyError(
-                f"nothing is certain of the loop with dead time: {error}",
-                where="delay",
-                remedy="look at the loop without it, and at its delay margin",
-            ) from error
+        if not delay:
+            require_stable(light)  # says which poles are not
+            if isinstance(error, UnprovedStabilityError):
+                return margins_of(error.found, light, skew, named, (str(error),))
+        late = " with dead time" if delay else ""
+        raise AccuracyError(
+            f"nothing is certain of the loop{late}: {error}",
+            where="delay" if delay else "margins",
+            remedy="look at the loop without it, and at its delay margin"
+            if delay
+            else "take out what feedback does not move, or give plant and controller apart",
+        ) from error
     except UnstableLoopError:
         if not delay:
             require_stable(light)  # says which poles
         raise
-    require_stable(light)
-    return eigenvalue_margins(light, skew=skew, modes=named)

@@ -9,13 +9,13 @@ triangular block is a chain of products of such terms.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.loop.single.enclosed import Enclosed, Terms, product_curve, reach
 from slewctl.loop.single.factor_error import ErrorBound, majorant
 from slewctl.loop.single.long_factor import LongFactor
 from slewctl.numerics.linear_system import LinearSystem
@@ -24,42 +24,6 @@ from slewctl.numerics.modal_bounds import ROUNDING
 from slewctl.numerics.modal_form import Block, ModalForm, modal_form
 
 _KNOWN: WeakKeyDictionary[LinearSystem, dict[bool, Factor]] = WeakKeyDictionary()
-
-
-@dataclass(frozen=True, eq=False)
-class Enclosed:
-    """p functions on m intervals of half-width h: X ∈ value + slope δ ± (curve δ²/2 + error).
-
-    Attributes
-    ----------
-    value, slope : ndarray of complex, shape (m, p)
-    curve, error : ndarray, shape (m, p)
-    flat : ndarray, shape (m, p)
-        The curvature of sᵏ X, k the order of its pole at zero.
-    """
-
-    value: ComplexArray
-    slope: ComplexArray
-    curve: Array
-    error: Array
-    flat: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Terms:
-    """a + b/(s − σ) of single poles, or of those of a block: shape (n,)."""
-
-    sigma: ComplexArray
-    a: ComplexArray
-    b: ComplexArray
-
-    @classmethod
-    def of(cls, poles: ComplexArray, sampled: bool) -> Terms:
-        if not sampled:
-            return cls(poles, np.zeros_like(poles), np.ones_like(poles))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            twice = 2 + poles
-            return cls(poles / twice, -1 / twice, 2 / twice**2)
 
 
 class Factor:
@@ -79,20 +43,25 @@ class Factor:
         zero = np.zeros((1, 1), dtype=complex)
         single = (Block(np.array([k]), zero, zero) for k in at_zero.tolist())
         self.blocks = [*form.blocks, *single]
-        self.alone = np.flatnonzero(form.alone & (form.poles != 0))
+        at_end = form.alone & (form.poles == -2) & self.sampled
+        self.alone = np.flatnonzero(form.alone & (form.poles != 0) & ~at_end)
         pick = self.alone
         self.simple = Terms.of(form.poles[pick], self.sampled)
         coefficient = (form.shape * form.entry)[:, pick]
         self.count = (len(form.poles) + 8) * ROUNDING
         count = (len(form.poles) + 8) * LONG_ROUNDING if form.long else self.count
-        self.long = LongFactor(form, self.blocks, self.alone) if form.long else None
+        self.long = LongFactor(form, self.blocks) if form.long else None
+        # Of poles at z = −1, each (1 − s)/2 on the plane of s.
+        edges = [Block(np.array([k]), zero, zero) for k in np.flatnonzero(at_end).tolist()]
+        self.at_end = (form.shape * form.entry)[:, at_end].sum(axis=1)
+        self.has_end = bool(edges)
         self.D = form.D + (coefficient * self.simple.a).sum(axis=1)
         self.residue: ComplexArray = np.asarray((coefficient * self.simple.b).T)  # (n, p)
         self.size: Array = np.abs(self.residue)
         k = self.order_at_zero
         self.curving = np.hstack([self.size, self.size * np.abs(self.simple.sigma[:, None]) ** k])
         offset = count * (np.abs(form.D) + np.abs(coefficient * self.simple.a).sum(axis=1))
-        self.bound = ErrorBound(form, self.blocks, self.alone, count, offset)
+        self.bound = ErrorBound(form, [*self.blocks, *edges], self.alone, count, offset)
         # What slopes do not know of a pole.
         self.blurred = np.abs(form.poles_low[pick])
         if self.sampled:
@@ -104,9 +73,15 @@ class Factor:
         return len(self.form.D)
 
     @property
+    def poles(self) -> ComplexArray:
+        """Poles on the plane of s, without those at z = −1."""
+        ends = self.sampled & (self.form.poles == -2)
+        return np.asarray(self.all.sigma[~(self.form.alone & ends)])
+
+    @property
     def unknown(self) -> float:
         """The largest error relative to the value, at and between the distances of its poles."""
-        sizes = np.unique(np.abs(self.all.sigma)[np.abs(self.all.sigma) > 0])
+        sizes = np.unique(np.abs(self.poles)[np.abs(self.poles) > 0])
         # What it works with may be slower or faster than all of its own poles.
         beyond = np.concatenate([sizes[:1] * 1e-6, sizes, sizes[-1:] * 1e3])
         s = 1j * np.concatenate([beyond, np.sqrt(beyond[1:] * beyond[:-1])])
@@ -127,6 +102,8 @@ class Factor:
         found = u @ self.residue + self.D
         for block in self.blocks:
             found += self._solved(block, s) @ self.form.shape[:, block.index].T
+        if self.has_end:
+            found += np.multiply.outer((1 - s) / 2, self.at_end)
         return np.asarray(found)
 
     def enclosed(self, c: Array, h: Array) -> Enclosed:
@@ -146,7 +123,10 @@ class Factor:
                 w, w1, w2 = self._chain(block, s, h, q_block)
                 Y = self.form.shape[:, block.index].T
                 value, slope, curve = value + w @ Y, slope + w1 @ Y, curve + w2 @ np.abs(Y)
-            error = self._error(q, near)
+            if self.has_end:
+                value = value + np.multiply.outer((1 - s) / 2, self.at_end)
+                slope = slope - 0.5j * self.at_end
+            error = self._error(q, near, 1 + c + h)
             if self.long:
                 value = self.long.values(s)
                 error = error + ROUNDING * np.abs(value) + h[:, None] * self._slope_error(q, near)
@@ -156,7 +136,7 @@ class Factor:
     def tail(self, far: float) -> tuple[ComplexArray, Array]:
         """Return the limit at infinite s, and how far from it X is for |s| ≥ far, shape (p,).
 
-        `far` is larger than any |σ|.
+        `far` is larger than any |σ|.  What poles at z = −1 contribute is left out.
         """
         limit, away = self.D.astype(complex), np.zeros(self.outputs)
         with np.errstate(divide="ignore"):
@@ -174,6 +154,13 @@ class Factor:
             limit, away = limit + Y @ w, away + np.abs(Y) @ off
         return limit, away
 
+    def leading(self, far: float) -> tuple[ComplexArray, Array]:
+        """Return E, and how far X/s is from it for |s| ≥ far; of one without poles at z = −1, X."""
+        limit, away = self.tail(far)
+        if not self.has_end:
+            return limit, away
+        return -self.at_end / 2, (np.abs(limit) + away + np.abs(self.at_end) / 2) / far
+
     def sizes(
         self, s: ComplexArray, radius: float, leave: int | None = None
     ) -> tuple[Array, Array]:
@@ -188,8 +175,9 @@ class Factor:
             q = 1 / np.maximum(np.abs(s[:, None] - self.simple.sigma) - radius, 0.0)
             if leave is not None:
                 q[:, leave] = 0.0
-            value = q @ self.size + np.abs(self.D)
-            slope = (q * q) @ self.size
+            ends = np.abs(self.at_end) / 2
+            value = q @ self.size + np.abs(self.D) + ends * (1 + np.abs(s) + radius)[:, None]
+            slope = (q * q) @ self.size + ends
             for block in self.blocks:
                 large, steep = self._steepest(block, 1 / self._away(block, s, radius))
                 value, slope = value + large, slope + steep
@@ -200,7 +188,9 @@ class Factor:
         k = self.order_at_zero
         with np.errstate(divide="ignore"):
             q = 1 / np.maximum(np.abs(self.simple.sigma) - radius, 0.0)
-        others, slope = np.abs(self.D) + q @ self.size, (q * q) @ self.size
+        ends = np.abs(self.at_end) / 2
+        others = np.abs(self.D) + q @ self.size + ends * (1 + radius)
+        slope = (q * q) @ self.size + ends
         value = 0j * self.D if k else self.values(np.zeros(1, complex))[0]
         away = radius**k * others if k else radius * slope
         for block in self.blocks:
@@ -247,10 +237,11 @@ class Factor:
 
     @cached_property
     def _polynomial(self) -> Array:
-        """Sizes of the coefficients of the polynomial in sᵏ X, shape (k + 1, p)."""
+        """Sizes of the coefficients of the polynomial in sᵏ X, shape (k + 2, p)."""
         k = self.order_at_zero
-        found = np.zeros((k + 1, self.outputs), complex)
-        found[k] = self.D
+        found = np.zeros((k + 2, self.outputs), complex)
+        found[k] = self.D + self.at_end / 2
+        found[k + 1] = -self.at_end / 2
         for power in range(k):
             found[power] += (self.residue * self.simple.sigma[:, None] ** (k - 1 - power)).sum(0)
         for block in self.blocks:
@@ -274,12 +265,14 @@ class Factor:
         """Return bounds of the error at points s, shape (m, p)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             q = 1 / np.abs(s[:, None] - self.simple.sigma)
-            found = self._error(q, [1 / self._away(block, s, 0.0) for block in self.blocks])
+            near = [1 / self._away(block, s, 0.0) for block in self.blocks]
+            found = self._error(q, near, 1 + np.abs(s))
         return found + ROUNDING * np.abs(self.values(s)) if self.long else found
 
     def _slope_error(self, q: Array, near: list[Array]) -> Array:
         """Return the bounds of what double precision makes of the slope, given 1/distances."""
         found = (q * q * (self.count + 2 * self.blurred * q)) @ self.size
+        found += self.count * np.abs(self.at_end)
         for block, q_block in zip(self.blocks, near, strict=True):
             found = found + self.count * self._steepest(block, q_block)[1]
         return np.asarray(found)
@@ -329,11 +322,12 @@ class Factor:
             w2[:, i] = product_curve(h, (S, S1, S2), (u, u1, u2))
         return w, w1, w2
 
-    def _error(self, q: Array, near: list[Array]) -> Array:
-        """Return the bounds of the error, given 1/distances of simple poles and of blocks'."""
+    def _error(self, q: Array, near: list[Array], far: Array) -> Array:
+        """Return the bounds of the error, given 1/distances of poles, of blocks', and 1 + |s|."""
         single = np.abs(self.simple.a) + np.abs(self.simple.b) * q if self.sampled else q
         pairs = zip(self.blocks, near, strict=True)
-        return self.bound(single, [self._reach(*pair) for pair in pairs])
+        ends = [far[:, None] / 2] * (len(self.bound.blocks) - len(self.blocks))
+        return self.bound(single, [*(self._reach(*pair) for pair in pairs), *ends])
 
     def _reach(self, block: Block, near: Array) -> Array:
         return np.abs(self.all.a[block.index]) + np.abs(self.all.b[block.index]) * near
@@ -359,20 +353,3 @@ def factor_of(system: LinearSystem, long: bool = False) -> Factor:
 
 def _unknown(factor: Factor) -> float:
     return factor.unknown
-
-
-def product_curve(
-    h: Array,
-    X: tuple[ComplexArray, ComplexArray, Array],
-    Y: tuple[ComplexArray, ComplexArray, Array],
-) -> Array:
-    """Return a bound of |(XY)″| on intervals from value, slope and curvature of X and Y."""
-    X0, X1 = reach(h, *X)
-    Y0, Y1 = reach(h, *Y)
-    return X[2] * Y0 + 2 * X1 * Y1 + X0 * Y[2]
-
-
-def reach(h: Array, value: ComplexArray, slope: ComplexArray, curve: Array) -> tuple[Array, Array]:
-    """Return the largest |X| and |X′| on intervals of half-width h."""
-    steep = np.abs(slope)
-    return np.abs(value) + h * steep + h * h / 2 * curve, steep + h * curve

@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.loop.single.factor import Enclosed, factor_of, product_curve, reach
+from slewctl.loop.single.enclosed import Enclosed, product_curve, reach
+from slewctl.loop.single.factor import factor_of
 from slewctl.loop.single.split import in_series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.modal_bounds import ROUNDING
@@ -139,16 +140,25 @@ class FactoredLoop:
 
     @cached_property
     def poles(self) -> ComplexArray:
-        """Poles of both factors on the plane of s, a sampled loop's too."""
-        return np.concatenate([self.plant.all.sigma, self.controller.all.sigma])
+        """Poles of both factors on the plane of s, a sampled loop's too, but for z = −1."""
+        return np.concatenate([self.plant.poles, self.controller.poles])
+
+    @property
+    def order_at_end(self) -> int:
+        """Order of the pole at z = −1 that is exactly there."""
+        return self.plant.has_end + self.controller.has_end
 
     def tail(self, far: float) -> tuple[float, float]:
-        """Return Σ Kᵢ Gᵢ at infinite s, which is real, and how far from it it is for |s| ≥ far."""
-        (G, dG), (K, dK) = self.plant.tail(far), self.controller.tail(far)
+        """Return Σ Kᵢ Gᵢ at infinite s, which is real, and how far from it it is for |s| ≥ far.
+
+        Divided by sᵏ where a pole of order k is at z = −1.
+        """
+        (G, dG), (K, dK) = self.plant.leading(far), self.controller.leading(far)
         away = np.abs(G) * dK + dG * np.abs(K) + dG * dK
         # Farther out all poles are farther away; those of one distance differ by less than half.
         s = np.array([1j * far])
         eG, eK = 2 * self.plant.errors(s)[0], 2 * self.controller.errors(s)[0]
+        eG, eK = eG / far**self.plant.has_end, eK / far**self.controller.has_end
         inexact = eG * (np.abs(K) + dK) + (np.abs(G) + dG) * eK + eG * eK
         return float((G * K).sum().real), float((away + inexact).sum())
 

@@ -57,11 +57,13 @@ def sort_out(
 ) -> BoolArray:
     """Record roots of a monotone function, and return where: crossed, or touched at one end."""
     (fa, fb), (a, b) = signs, ends
+    off = np.minimum(off, b - a)
     crossed = once & ((fa > 0) != (fb > 0))
     if crossed.any():
         into[0].add(a[crossed], b[crossed], off[crossed])
-    for f, end in ((fa, a), (fb, b)):
+    # Beyond an end where it is zero but for errors, inside, it has a root no farther than `off`.
+    for f, middle in ((fa, a + off / 2), (fb, b - off / 2)):
         touched = once & ~crossed & (np.abs(f) <= error)
         if touched.any():
-            into[1].add(end[touched], end[touched], off[touched])
+            into[1].add(middle[touched], middle[touched], off[touched] / 2)
     return crossed

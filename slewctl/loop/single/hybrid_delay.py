@@ -135,7 +135,7 @@ def _samples_to_limit(system: LinearSystem) -> tuple[float, float | None]:
     loop = BrokenLoop(system)
     if loop.unstable(1.0)[1]:
         return 0.0, None
-    gain = crossings(loop, sampled(loop, real=False), log_gain)
+    gain = crossings(loop, sampled(loop), log_gain)
     late = np.mod(np.angle(-loop.response(gain.omega)), 2 * np.pi) / (gain.omega * loop.step)
     found, at = late, gain.omega
     if abs(loop.last) >= 1:
@@ -243,7 +243,7 @@ def fastest_that_matters(plant: LinearSystem, loop: LinearSystem) -> float:
     A mode above half the sampling frequency appears in L below it, with its own size.
     """
     broken = BrokenLoop(loop)
-    gain = crossings(broken, sampled(broken, real=False), log_gain).omega
+    gain = crossings(broken, sampled(broken), log_gain).omega
     poles = np.linalg.eigvals(np.asarray(plant.A))
     rates = np.unique(np.abs(poles[poles.imag > 0].imag))
     seen = np.abs(broken.response(rates)) > 0.3 if len(rates) else np.zeros(0, dtype=bool)

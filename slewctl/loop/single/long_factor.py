@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from slewctl._types import ComplexArray, IntArray
+from slewctl._types import ComplexArray
 from slewctl.numerics.long_complex import LongComplex
+from slewctl.numerics.modal_basis import outside
 from slewctl.numerics.modal_form import Block, ModalForm
 
 
@@ -16,11 +17,11 @@ class LongFactor:
     ----------
     form : ModalForm
     blocks : list of Block
-    alone : ndarray of int
-        The other poles.
+        All other poles stand alone.
     """
 
-    def __init__(self, form: ModalForm, blocks: list[Block], alone: IntArray) -> None:
+    def __init__(self, form: ModalForm, blocks: list[Block]) -> None:
+        alone = np.flatnonzero(outside(len(form.poles), [block.index for block in blocks]))
         self.form, self.blocks, self.alone = form, blocks, alone
         self.poles = LongComplex(form.poles, form.poles_low)
         self.entry = LongComplex(form.entry, form.entry_low)
@@ -35,7 +36,11 @@ class LongFactor:
         point = LongComplex(s)
         if self.form.sample_time:
             point = LongComplex(2 * s).times(LongComplex(np.ones_like(s)).minus(s).reciprocal())
-        near = point[:, None].minus(self.poles).reciprocal()  # (m, n)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            near = point[:, None].minus(self.poles).reciprocal()  # (m, n)
+        if self.form.sample_time:
+            at_end = self.form.poles == -2
+            near.hi[:, at_end], near.lo[:, at_end] = ((1 - s) / 2)[:, None], 0
         found = LongComplex(np.tile(self.form.D.astype(complex), (len(s), 1)))
         if len(self.alone):
             parts = near[:, None, self.alone].times(self.residue)

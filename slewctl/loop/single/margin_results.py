@@ -28,7 +28,7 @@ class Crossing:
         Why the margin is infinite or zero, in words.
     at_least : float or None
         What is proved: the margin is nowhere smaller, for the numbers as they were given.
-        None where the margin was confirmed by poles alone.
+        None where it follows from the ends of the axis.
     change : Change or None
         From which `perturbation` is made when it is asked for.
     """
@@ -105,14 +105,13 @@ class Margins(Tabular):
         Control Systems Magazine 40(5), 2020): the loop stands any gain and phase, together,
         of the disk that `disk_gains` and `disk_phase_deg` describe.
     confirmed : bool
-        Whether all of it is proved to 1e-6, or, with no intervals, the poles of closed loops
-        with changed gain and phase agree throughout.
+        Whether all of it is proved to 1e-6.
     skew : float
     doubts : tuple of str
         What is not, in words.
     intervals : int
         How many intervals of the axis prove it: in each of them, however small, a crossing
-        was excluded or found.  Zero where the loop has a pole of which that cannot be said.
+        was excluded or found.
     crossings : tuple of AxisCrossing
         All of |L| = 1, and of L real and negative that a gain between 1e-8 and 1e8 reaches
         (with dead time there are infinitely many: those that could bound a gain margin), by

@@ -20,6 +20,8 @@ from slewctl.loop.single.findings import Least, Points, sort_out
 TOLERANCE = 2e-10
 _MOST = 400_000
 _LEVELS = 200
+# Steps towards a smallest value, down to where rounding hides the bend.
+_POLISHED, _NEAREST = 12, 1e-6
 # Into how many parts intervals are cut while there are no more than so many.
 _PARTS = ((24, 8), (96, 4))
 UNIT, REAL, MODULUS, DISK, WINDING = range(5)
@@ -51,6 +53,8 @@ class Search:
     turn : float or None
         Change of arg(1 + L) over the axis; None where it is undecided.
     intervals : int
+    of_size_one : bool
+        Whether |L| = 1 is excluded nowhere.
     """
 
     def __init__(
@@ -60,19 +64,20 @@ class Search:
         self.unit, self.unit_touched = Points(), Points()
         self.real, self.real_touched = Points(), Points()
         closed = [*gaps, *([start] if start else [])]
-        self.floor = max((1 / gap.least for gap in closed), default=0.0)
+        large = [gap.least for gap in closed] + ([end.least] if end.least else [])
+        self.floor = max((1 / least for least in large), default=0.0)
         self.turn: float | None = end.turn + sum(gap.turn for gap in closed)
         self.rise, self.fall = WIDEST, max(1 / WIDEST, self.floor)
         inside = sum(gap.unstable for gap in closed)
         self.unstable_open = int(np.sum(loop.poles.real > 0)) - inside
-        self.intervals = 0
+        self.intervals, self.of_size_one = 0, True
         self._answered: list[tuple[Array, Array, BoolArray]] = []
         self._least = {MODULUS: (np.inf, 0.0, 0.0), DISK: (np.inf, 0.0, 0.0)}
         self._proved = {MODULUS: np.inf, DISK: np.inf}
         self._run(*first_intervals(loop, start, gaps, end))
         self.unit.polish(self._log_gain)
         self.real.polish(self._sine)
-        self._ends(closed, end)
+        self._ends(large, end)
         self._polish()
 
     @property
@@ -105,12 +110,14 @@ class Search:
         value, v, _ = self._least[kind]
         return Least(value, v, min(self._proved[kind], value))
 
-    def _ends(self, closed: list[Gap], end: Tail) -> None:
+    def _ends(self, large: list[float], end: Tail) -> None:
         for kind in (MODULUS, DISK):
-            for gap in closed:
-                size = gap.least - 1
+            for least in large:
+                size = least - 1
                 proved = size if kind == MODULUS else size / (1 + abs(self.shift) * size)
                 self._proved[kind] = min(self._proved[kind], proved)
+            if end.least:
+                continue
             circle = np.array([end.limit + 0j])
             if self.loop.delay:
                 circle = abs(end.limit) * np.exp(1j * np.linspace(0, np.pi, 3))
@@ -126,20 +133,20 @@ class Search:
     def _polish(self) -> None:
         """Go to the bottom of the parabola through three points about each smallest value."""
         for kind in (MODULUS, DISK):
-            for _ in range(3):
+            for _ in range(_POLISHED):
                 value, v, h = self._least[kind]
-                if not (0 < h < v < np.inf):
+                if not (_NEAREST * v < h < v < np.inf):
                     break
                 points = np.array([v - h / 2, v, v + h / 2])
                 left, middle, right = self._measure(kind, self.loop.on_axis(points)).tolist()
                 bend = left - 2 * middle + right
                 if not bend > 0:
                     break
-                at = np.array([v + np.clip((left - right) / bend, -1, 1) * h / 4])
-                lower = float(self._measure(kind, self.loop.on_axis(at))[0])
-                self._least[kind] = (
-                    (lower, float(at[0]), h / 4) if lower < value else (value, v, h / 4)
-                )
+                step = float(np.clip((left - right) / bend / 4, -1, 1)) * h
+                lower = float(self._measure(kind, self.loop.on_axis(np.array([v + step])))[0])
+                if not lower < value:
+                    step, lower = 0.0, value
+                self._least[kind] = lower, v + step, max(abs(step), h / 4)
 
     def _measure(self, kind: int, L: ComplexArray) -> Array:
         w = 1 + L
@@ -170,6 +177,7 @@ class Search:
             box = self.loop.enclosed(c, h)
             self._lower(box.value, c, h)
             left = self._answer(box, a, b, La, Lb, asked)
+            self.of_size_one &= not (asked[UNIT] & ~left[UNIT]).any()
             small = self._settled(box) | (self.intervals > _MOST)
             self._give_up(box, left & small)
             left &= ~small
@@ -322,7 +330,7 @@ class Search:
     def _nearest(self, kind: int, box: Enclosure, here: BoolArray) -> float:
         """Return the largest distance that some boxes prove, by bisection."""
         R = box.radius
-        low, high = 0.0, self._least[kind][0]
+        low, high = 0.0, min(self._least[kind][0], WIDEST)
         for _ in range(50):
             t = 0.5 * (low + high)
             if kind == MODULUS:

@@ -1,26 +1,17 @@
-"""Margins of a stable single loop from eigenvalues: what cannot be searched in intervals.
+"""Margins of a stable single loop from eigenvalues: a second opinion on those from intervals.
 
-A pole at z = −1, a multiple pole on the axis, |L| = 1 at all frequencies: the intervals of
-`search` end nowhere there.  The frequencies where |L| = 1 or L is real are eigenvalues
-(`crossings`), the smallest distance to −1 is enclosed by level sets (`disk`), and the poles
-of changed loops are asked whether they agree (`confirm`).
+The frequencies where |L| = 1 or L is real are eigenvalues (`eigenvalue_crossings`), the
+smallest distance to −1 is enclosed by level sets, and the poles of changed loops are asked
+whether they agree (`eigenvalue_doubts`).
 """
 
 from __future__ import annotations
 
 import numpy as np
+from eigenvalue_crossings import all_sampled, nearest, sine, truly_real
+from eigenvalue_doubts import Limit, gain_doubts, phase_doubts
 
-from slewctl.loop.single.confirm import Limit, gain_doubts, phase_doubts
-from slewctl.loop.single.crossings import (
-    Crossings,
-    Samples,
-    crossings,
-    log_gain,
-    sampled,
-    sine,
-    truly_real,
-)
-from slewctl.loop.single.disk import nearest
+from slewctl.loop.single.crossings import Crossings, Samples, crossings, log_gain
 from slewctl.loop.single.margin_report import Report
 from slewctl.loop.single.margin_results import Margins
 from slewctl.loop.single.mode_names import Modes, modes_of_loop
@@ -51,7 +42,7 @@ def eigenvalue_margins(
         See `classical_margins`.
     """
     broken = BrokenLoop(light)
-    samples = sampled(broken)
+    samples = all_sampled(broken)
     gain = crossings(broken, samples, log_gain)
     limits = _gain_limits(broken, truly_real(broken, crossings(broken, samples, sine)))
     report = Report(
