@@ -18,6 +18,9 @@ from slewctl.design.placement.pole_placement import pole_placement
 from slewctl.design.result import Controller
 from slewctl.design.riccati.lqg import lqg
 
+GIVEN = "given"
+"""The name of what is no method: a law that was made elsewhere, on nothing known here."""
+
 # Each takes a plant and, by keyword alone, options of its own: the keys of [controller].
 METHODS: dict[str, Callable[..., Controller]] = {
     "lqg": lqg,
@@ -30,7 +33,7 @@ METHODS: dict[str, Callable[..., Controller]] = {
     "pd-notch": pd_notch,
     "positive-position": positive_position,
     "lead": lead,
-    "given": on_plant(given),
+    GIVEN: on_plant(given),
 }
 
 

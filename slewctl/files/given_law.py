@@ -11,13 +11,13 @@ from slewctl.arm import Arm
 from slewctl.check import REQUIREMENTS
 from slewctl.compare.quantities import UNWEIGHTED, WEIGHTED
 from slewctl.design import Controller, fitted, given
+from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError
 from slewctl.files.faults import Faults, missing
 from slewctl.plant import VOLTAGE, Objective, signals_alone
 from slewctl.plant.signals import check_signals
 from slewctl.textfile import read_bytes
 
-GIVEN = "given"
 # Tables and keys that say what a controller is designed on and for.
 _OF_A_DESIGN = (("model", None), ("controller", "limits"), ("controller", "noise"))
 

@@ -13,12 +13,12 @@ from typing import Any
 from slewctl.arm import Arm, catalogue, vary
 from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import Case
+from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import arm_of_table
 from slewctl.files.faults import Faults, missing
 from slewctl.files.find import find_designs, name_designs, refuse_study
 from slewctl.files.given_law import (
-    GIVEN,
     beside,
     digest_beside,
     missing_of,
@@ -212,7 +212,9 @@ def _parts_of_case(
     model, compare = tables.get("model", {}), tables.get("compare", {})
     groups += [{"basis": model["basis"]}] if "basis" in model else []
     groups += [{"bases": tuple(compare["bases"])}] if "bases" in compare else []
-    if "n" in model and "orders" in compare and "modes" in tables["truth"]:
+    if is_given and "modes" in tables["truth"]:
+        groups.append({"truth_modes": tables["truth"]["modes"], "orders": ()})
+    elif "n" in model and "orders" in compare and "modes" in tables["truth"]:
         orders, modes = tuple(compare["orders"]), tables["truth"]["modes"]
         groups.append({"n": model["n"], "orders": orders, "truth_modes": modes})
     alone = {"name": "", **keys}
@@ -222,8 +224,6 @@ def _parts_of_case(
     if is_given and not faults:
         stated = keys["objective"] if weighted else None
         keys["objective"] = faults.attempt(read_given, keys["options"], stated, arm)
-        # A law that was made elsewhere has no design on other bases beside it.
-        keys = {"bases": (), "orders": (), **keys}
     if "slew" in tables:
         keys["slew"] = faults.attempt(_slew, tables["slew"])
     return keys

@@ -93,7 +93,7 @@ def _record(result: CaseResult) -> dict[str, Any]:
     return {
         "case": result.case,
         "truth": result.truth,
-        "chosen": {"basis": result.chosen.basis, "n": result.chosen.n},
+        "chosen": result.chosen.origin.cells,
         "followed": [
             {
                 "quantity": followed.quantity.name,
@@ -109,9 +109,8 @@ def _record(result: CaseResult) -> dict[str, Any]:
 
 def _evaluation(e: Evaluation) -> dict[str, Any]:
     return {
-        "basis": e.basis,
-        "n": e.n,
-        "frequencies_hz": e.design.omega / (2 * math.pi),
+        **e.origin.cells,
+        "frequencies_hz": e.frequencies / (2 * math.pi),
         "frequency_errors": e.frequency_errors,
         "verified": e.verified,
         "certificate": str(e.controller.certificate),
@@ -144,6 +143,7 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "truth": result.truth,
         "chosen": result.chosen,
         "clock": _clock(result.chosen),
+        "unbounded": _unbounded(result.chosen),
         "rows": [(e, _readings(e)) for e in result.evaluations],
         "groups": _groups(result),
         "bases": [(basis, _row(result, basis)) for basis in _bases(result)],
@@ -152,7 +152,7 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "saturating": [e for e in result.evaluations if e.stable and e.judgement.saturation],
         "inputs": _inputs(result),
         "figures": [
-            (shapes_figure(result, f"s{place}"), SHAPES),
+            *([(shapes_figure(result, f"s{place}"), SHAPES)] if result.shapes else []),
             (ladder_figure(result, f"l{place}"), LADDER),
             (poles_figure(result, f"p{place}"), POLES),
             (bode_figure(result, f"b{place}"), BODE),
@@ -189,14 +189,20 @@ def _clock(chosen: Evaluation) -> str:
     return f"with a clock of {1000 * controller.sample_time:g} ms{delay}"
 
 
+def _unbounded(chosen: Evaluation) -> str:
+    """Return why the cost of a stable loop is infinite; empty where it is not."""
+    loss = read(chosen.judgement, "h2_loss")
+    return loss.note if math.isinf(loss.value) else ""
+
+
 SHAPES = (
     "Arc displacement of the design model's modes (lines) over those of the truth (grey). "
     "Where a line leaves the grey band the design sees a mode that the arm does not have."
 )
 LADDER = (
     "The spillover ladder: each controller meets the first N modes of the truth, for every N from "
-    "those that it was designed on. A cross on the axis is an unstable loop; where the lines are "
-    "level, more modes change nothing."
+    "those that it was designed on (a given law: from one). A cross on the axis is an unstable "
+    "loop; where the lines are level, more modes change nothing."
 )
 POLES = (
     "Closed-loop poles on the truth. Every pole must decay: the shaded ground and the stars "
@@ -245,8 +251,7 @@ def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case, e in _each(comparison):
         found: dict[str, Any] = {
             "case": case.case.name,
-            "basis": e.basis,
-            "n": e.n,
+            **e.origin.cells,
             "chosen": e is case.chosen,
             "verified": e.verified,
             "unstable_hz": None if e.stable else e.judgement.unstable_hz[0],
@@ -272,7 +277,7 @@ def _pole_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case, e in _each(comparison):
         for pole in e.judgement.poles:
             yield {
-                "case": case.case.name, "basis": e.basis, "n": e.n,
+                "case": case.case.name, **e.origin.cells,
                 "real": pole.real, "imag": pole.imag,
             }  # fmt: skip
 
@@ -283,7 +288,7 @@ def _loop_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
             columns = (curve.frequency_hz, curve.gain_db, curve.phase_deg)
             for f, gain, phase in zip(*(to_plain(c) for c in columns), strict=True):
                 yield {
-                    "case": case.case.name, "basis": curve.basis, "n": curve.n,
+                    "case": case.case.name, **curve.origin.cells,
                     "frequency_hz": f, "gain_db": gain, "phase_deg": phase,
                 }  # fmt: skip
 
@@ -292,7 +297,7 @@ def _ladder_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case in comparison.cases:
         for ladder in case.ladders:
             for row in ladder.rows():
-                yield {"case": case.case.name, "basis": ladder.basis, "n": ladder.n, **row}
+                yield {"case": case.case.name, **ladder.origin.cells, **row}
 
 
 def _slew_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
@@ -300,7 +305,7 @@ def _slew_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case in comparison.cases:
         for curves in case.curves:
             columns = [to_plain(getattr(curves.slew, name)) for name in names if curves.slew]
-            row = {"case": case.case.name, "basis": curves.basis, "n": curves.n}
+            row = {"case": case.case.name, **curves.origin.cells}
             for values in zip(*columns, strict=True):
                 yield row | dict(zip(names, values, strict=True))
 

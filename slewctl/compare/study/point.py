@@ -334,6 +334,8 @@ def place_of(arm: Arm, bandwidth: float, sensors: tuple[str, ...], truth_modes: 
 
 def _results(place: Place, found: Evaluation) -> dict[str, Any]:
     design, judged = found.design, found.judgement
+    if design is None:
+        raise TypeError("a study makes its designs")
     finer = on_twice(judged)
     gap, margin = _gap(place, design, found.controller)
     return {
