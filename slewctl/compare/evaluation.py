@@ -13,7 +13,7 @@ from slewctl.arm import Arm
 from slewctl.compare.case import Case, Origin
 from slewctl.compare.design_basis import DesignModel, design_model
 from slewctl.compare.judgement import Judgement, Yardstick
-from slewctl.design import Controller, fitted, given
+from slewctl.design import Controller, fitted_law
 from slewctl.errors import SlewctlError
 from slewctl.model import Truth, truth
 
@@ -119,8 +119,8 @@ class Judge:
         model = None if case.is_given else design_model(self.truth, case.objective, basis, n)
         try:
             if model is None:
-                law = given(**case.options)
-                return None, fitted(law, case.objective.sensors, case.objective.actuator)
+                signals = case.objective.sensors, case.objective.actuator
+                return None, fitted_law(case.options, *signals)
             return model, model.controller(case.method, case.options)
         except SlewctlError as error:
             raise error.within("controller", ".") from error

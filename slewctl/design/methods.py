@@ -13,7 +13,7 @@ from slewctl.design.lmi.h2_lmi import h2_lmi
 from slewctl.design.lmi.h2_region import h2_region
 from slewctl.design.lmi.payload import payload_lmi
 from slewctl.design.lmi.variance_bound import variance_bound
-from slewctl.design.own.given_controller import given, on_plant
+from slewctl.design.own.fitted import given_on_plant
 from slewctl.design.placement.pole_placement import pole_placement
 from slewctl.design.result import Controller
 from slewctl.design.riccati.lqg import lqg
@@ -33,7 +33,7 @@ METHODS: dict[str, Callable[..., Controller]] = {
     "pd-notch": pd_notch,
     "positive-position": positive_position,
     "lead": lead,
-    GIVEN: on_plant(given),
+    GIVEN: given_on_plant,
 }
 
 

@@ -200,9 +200,11 @@ def _parts_of_case(
     controller = tables.get("controller", {})
     is_given = controller.get("method") == GIVEN
     weighted = not is_given or any(key in content["controller"] for key in _OF_CONTROL)
+    stated = None
     if controller and weighted:
         limits, noise = (_named(content["controller"], controller, key) for key in _OF_CONTROL)
-        keys["objective"] = faults.attempt(_objective, limits, noise, arm) or keys["objective"]
+        stated = faults.attempt(_objective, limits, noise, arm)
+        keys["objective"] = stated or keys["objective"]
     if "method" in controller:
         method = controller["method"]
         options = {key: controller[key] for key in controller if key not in _OBJECTIVE}
@@ -221,9 +223,8 @@ def _parts_of_case(
     for group in groups:
         faults.attempt(Case, **alone, **group)
         keys |= group
-    if is_given and not faults:
-        stated = keys["objective"] if weighted else None
-        keys["objective"] = faults.attempt(read_given, keys["options"], stated, arm)
+    if is_given:
+        keys["objective"] = faults.attempt(read_given, options, stated, arm, weighted=weighted)
     if "slew" in tables:
         keys["slew"] = faults.attempt(_slew, tables["slew"])
     return keys
