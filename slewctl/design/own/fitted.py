@@ -45,8 +45,8 @@ def fitted_law(options: Mapping[str, Any], sensors: Sequence[str], actuator: str
 
     Examples
     --------
-    >>> fitted_law({"pid": {"kp": 20.0}}, ["theta", "root_moment"], "voltage").linear.output_labels
-    ['voltage']
+    >>> fitted_law({"pid": {"kp": 20.0}}, ["theta", "root_moment"], "voltage").sensors
+    ('theta', 'root_moment')
     """
     return fitted(read_options(options, actuator), sensors, actuator)
 
