@@ -15,6 +15,7 @@ from slewctl.compare import (
     Quantity,
     Reading,
     read,
+    sampling_loss,
 )
 from slewctl.compare.quantities import Kind
 from slewctl.report.comparison_figures import (
@@ -117,12 +118,21 @@ def _evaluation(e: Evaluation) -> dict[str, Any]:
         "expected_cost": e.controller.h2_cost,
         "stable": e.stable,
         "unstable_hz": e.judgement.unstable_hz,
+        **_before_sampling(e),
         "quantities": {
             name: {"value": _known(reading)}
             | {key: said for key, said in reading._asdict().items() if said and key != "value"}
             for name, reading in _readings(e).items()
         },
     }
+
+
+def _before_sampling(e: Evaluation) -> dict[str, Any]:
+    """Return the margins of the continuous law that a sampled one was made of."""
+    loss = sampling_loss(e.judgement)
+    if loss is None:
+        return {}
+    return {"continuous": {name: _known(reading) for name, reading in loss.continuous.items()}}
 
 
 def _readings(e: Evaluation) -> dict[str, Reading]:
@@ -144,6 +154,7 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "chosen": result.chosen,
         "clock": _clock(result.chosen),
         "unbounded": _unbounded(result.chosen),
+        "sampling": sampling_loss(result.chosen.judgement),
         "rows": [(e, _readings(e)) for e in result.evaluations],
         "groups": _groups(result),
         "bases": [(basis, _row(result, basis)) for basis in _bases(result)],

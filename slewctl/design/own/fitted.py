@@ -104,4 +104,7 @@ def fitted(controller: Controller, sensors: Sequence[str], actuator: str) -> Con
         inputs=sensors, outputs=system.output_labels, states=system.state_labels,
         name=system.name,
     )  # fmt: skip
-    return replace(controller, system=wide)
+    before = controller.continuous
+    if before is not None:
+        before = fitted(before, sensors, actuator)
+    return replace(controller, system=wide, continuous=before)

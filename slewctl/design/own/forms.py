@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.design.own.zeros_poles import cascade, polynomials, read_coefficients, read_roots
+from slewctl.design.zeros_poles import cascade, polynomials, read_coefficients, read_roots
 from slewctl.errors import (
     Faults,
     InputError,

@@ -12,7 +12,7 @@ import numpy as np
 
 from slewctl.design.classical.filters import Section, in_series
 from slewctl.design.coordinates import balanced
-from slewctl.design.own.discretise import check_rule, discretised
+from slewctl.design.discretise import check_rule, discretised
 from slewctl.design.own.forms import Law, find_form, read_law
 from slewctl.design.own.law_signals import output_of, reference_apart, sign_of, signals_of, signed
 from slewctl.design.own.read_file import texts, told_by_file
@@ -176,6 +176,9 @@ def read_options(options: Mapping[str, Any], actuator: str | None = TORQUE) -> C
         delay=law.delay,
         reference=reference,
         state_scale=scale,
+        continuous=None
+        if law.continuous is None
+        else Controller(law.continuous, "given", {}, math.nan, Certificate(())),
     )
 
 
@@ -186,6 +189,7 @@ class _Law:
     run: LinearSystem
     reference: Reference | None
     delay: float
+    continuous: LinearSystem | None
 
 
 def _read(
@@ -204,11 +208,16 @@ def _read(
     if law is not None and sections is not None and clock:
         run = faults.attempt(_what_runs, law, options, sections)
     if run is not None and delay is not None:
-        faults.attempt(_check_delay, delay, run.sample_time)
+        faults.attempt(_check_delay, delay, run[0].sample_time)
     faults.tell()
-    named = faults.settled(names)
-    whole = signed(faults.settled(run), named, faults.settled(sign), faults.settled(output))
-    return _Law(*reference_apart(whole, named), faults.settled(delay))
+    named, system = faults.settled(names), faults.settled(run)
+    as_told = named, faults.settled(sign), faults.settled(output)
+    whole, before = (None if s is None else signed(s, *as_told) for s in system)
+    return _Law(
+        *reference_apart(faults.settled(whole), named),
+        faults.settled(delay),
+        None if before is None else reference_apart(before, named)[0],
+    )
 
 
 def _placed(fault: SlewctlError, held: Mapping[str, Any], file: object) -> SlewctlError:
@@ -217,8 +226,10 @@ def _placed(fault: SlewctlError, held: Mapping[str, Any], file: object) -> Slewc
     return fault.within(f"file: {file}") if inside else fault
 
 
-def _what_runs(law: Law, options: Mapping[str, Any], sections: Sequence[Section]) -> LinearSystem:
-    """Return the law with its filters as it runs: continuous, or on its clock."""
+def _what_runs(
+    law: Law, options: Mapping[str, Any], sections: Sequence[Section]
+) -> tuple[LinearSystem, LinearSystem | None]:
+    """Return the law with its filters as it runs, and the continuous one that it was made of."""
     system = law.system
     if sections and system.sample_time:
         raise InputError(
@@ -228,10 +239,11 @@ def _what_runs(law: Law, options: Mapping[str, Any], sections: Sequence[Section]
         )
     if sections:
         system = series(system, LinearSystem(*in_series(sections)))
+    before = None
     if "discretise" in options:
         rule, step = options["discretise"], options["sample_time"]
-        system = discretised(system, step, rule, options.get("prewarp_hz"))
-    return system if law.kept else balanced(system)[0]
+        before, system = system, discretised(system, step, rule, options.get("prewarp_hz"))
+    return system if law.kept else balanced(system)[0], before
 
 
 def _check_clock(options: Mapping[str, Any]) -> bool:

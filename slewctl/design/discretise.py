@@ -10,7 +10,7 @@ from scipy.linalg import eigvals
 
 from slewctl._types import Array, ComplexArray
 from slewctl.design.coordinates import balanced
-from slewctl.design.own.zeros_poles import cascade
+from slewctl.design.zeros_poles import cascade
 from slewctl.errors import Faults, InputError, check_choice, check_positive
 from slewctl.numerics.linear_system import LinearSystem
 
