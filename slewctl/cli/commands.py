@@ -221,8 +221,14 @@ def study_command(
 @click.argument("arm")
 @click.option("--sensors", default="theta,theta_dot", show_default=True,
               help="What is measured: of theta, theta_dot, tip and tip_deflection.")  # fmt: skip
+@click.option("--sample-time", type=float, metavar="SECONDS",
+              help="The controller runs on this clock.")  # fmt: skip
+@click.option("--delay", type=float, default=0.0, metavar="SECONDS",
+              help="From a sample to the output that is computed from it.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print the evidence as JSON.")
-def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
+def recommend_command(
+    arm: str, sensors: str, sample_time: float | None, delay: float, as_json: bool
+) -> None:
     """Say which basis, how many functions and how fast a controller suit ARM.
 
     ARM is a catalogue name, whose arm gets its suggested damping, or a TOML file with an
@@ -230,7 +236,7 @@ def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
     """
     from slewctl.cli.study import print_recommendation
 
-    print_recommendation(arm, sensors, as_json)
+    print_recommendation(arm, sensors, sample_time, delay, as_json)
 
 
 @cli.command("paper")

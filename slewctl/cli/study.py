@@ -27,7 +27,11 @@ from slewctl.compare import (
 )
 from slewctl.compare.study.grid import check_sensors
 from slewctl.compare.study.processes import ENDINGS
+from slewctl.compare.study.recommend import check_clock
 from slewctl.files import computing_arm, find_arm, read_study
+
+# Seconds after which a program in a pipe says that it is at work.
+_PATIENCE = 10.0
 
 
 def study(
@@ -109,15 +113,21 @@ class _EndedError(KeyboardInterrupt):
         self.number = number
 
 
-def print_recommendation(arm: str, sensors: str, as_json: bool) -> None:
+def print_recommendation(
+    arm: str, sensors: str, sample_time: float | None, delay: float, as_json: bool
+) -> None:
     """Print which basis, order and bandwidth suit an arm."""
     known = arm in catalogue.names()
     chosen = catalogue.damped(arm) if known else find_arm(arm)
     damping = str(catalogue.CATALOGUE[arm].damping) if known else ""
     with options_named({"sensors": "--sensors"}):
         names = check_sensors([name.strip() for name in sensors.split(",")])
-    with progress(count_trials()) as step, computing_arm(arm):
-        advice = recommend(chosen, names, damping=damping, progress=step)
+    with options_named({"sample_time": "--sample-time", "delay": "--delay"}):
+        check_clock(sample_time, delay)
+    with progress(count_trials(), every=_PATIENCE) as step, computing_arm(arm):
+        advice = recommend(
+            chosen, names, sample_time=sample_time, delay=delay, damping=damping, progress=step
+        )
     if as_json:
         OUT.text(json.dumps(advice.to_dict(), indent=1))
         return

@@ -7,8 +7,10 @@ terminal nor a CI log, and a stream that takes no more is no traceback.
 from __future__ import annotations
 
 import io
+import math
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import ParamSpec, TextIO, TypeVar
@@ -142,10 +144,13 @@ def counter(total: int) -> Iterator[Callable[[int], None]]:
 
 
 @contextmanager
-def progress(total: int | None) -> Iterator[Callable[[str], None]]:
-    """Yield a function to call before each step; it draws a bar on a terminal only."""
+def progress(total: int | None, *, every: float = math.inf) -> Iterator[Callable[[str], None]]:
+    """Yield a function to call before each step; it draws a bar on a terminal.
+
+    Elsewhere it is silent, or tells a line on standard error `every` so many seconds.
+    """
     if not ERR.is_terminal:
-        yield lambda _: None
+        yield _lines(total, every)
         return
     bar = Progress(
         TextColumn("{task.description}", markup=False),
@@ -165,6 +170,19 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
             started = True
 
         yield step
+
+
+def _lines(total: int | None, every: float) -> Callable[[str], None]:
+    done, told = 0, time.monotonic()
+
+    def step(text: str) -> None:
+        nonlocal done, told
+        if time.monotonic() - told >= every:
+            told = time.monotonic()
+            ERR.print(f"slewctl: {done}{f' of {total}' if total else ''} done; {text}")
+        done += 1
+
+    return step
 
 
 class Told:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any
@@ -20,8 +20,15 @@ from slewctl.compare.reading import read
 from slewctl.compare.study.answer import GOOD, percent
 from slewctl.compare.study.grid import check_sensors, omega_of
 from slewctl.compare.study.point import on_twice, place_of
-from slewctl.errors import DesignError, SlewctlError
+from slewctl.errors import (
+    DesignError,
+    InputError,
+    SlewctlError,
+    check_nonnegative,
+    check_positive,
+)
 from slewctl.model import beam_inertia
+from slewctl.plant import split_delay
 
 # Over the first flexible frequency, from slow to faster than any small model bears.
 BANDWIDTHS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5)
@@ -78,6 +85,8 @@ class Recommendation:
     trials : tuple of Trial
     damping : str
         Where the arm's damping comes from, if that was told.
+    sample_time, delay : float
+        In s, of the controllers; zero for continuous ones.
     """
 
     arm: str
@@ -88,15 +97,26 @@ class Recommendation:
     bandwidth_hz: float
     trials: tuple[Trial, ...]
     damping: str = ""
+    sample_time: float = 0.0
+    delay: float = 0.0
 
     def __str__(self) -> str:
         return (
             f"{self.arm} (hub inertia {self.hub_ratio:.3g} of the beam's, measuring "
             f"{', '.join(self.sensors)}): take the {self.basis} basis with n = {self.n}, and a "
-            f"bandwidth of at most {self.bandwidth_hz:.3g} Hz.  Up to there LQG designs are "
+            f"bandwidth of at most {self.bandwidth_hz:.3g} Hz.  Up to there LQG designs"
+            f"{self._clock} are "
             f"stable on the converged arm, lose at most {percent(GOOD)} of the optimal cost and "
             f"keep {LEAST_GAIN_DB:g} dB and {LEAST_PHASE_DEG:g} deg."
             + (f"  Damping ratio {self.damping}." if self.damping else "")
+        )
+
+    @property
+    def _clock(self) -> str:
+        if not self.sample_time:
+            return ""
+        return (
+            f" with a clock of {1e3 * self.sample_time:g} ms and {1e3 * self.delay:g} ms of delay"
         )
 
     def _repr_html_(self) -> str:
@@ -166,6 +186,8 @@ def recommend(
     sensors: Sequence[str] = ("theta", "theta_dot"),
     *,
     truth_modes: int = 20,
+    sample_time: float | None = None,
+    delay: float = 0.0,
     damping: str = "",
     progress: Callable[[str], None] | None = None,
 ) -> Recommendation:
@@ -181,6 +203,10 @@ def recommend(
     sensors : sequence of str
         Of ``theta``, ``theta_dot``, ``tip`` and ``tip_deflection``.
     truth_modes : int
+    sample_time : float, optional
+        Of the computer that runs the controller, in s; continuous by default.
+    delay : float
+        Time in s from a sample to the output that is computed from it.
     damping : str
         Where the arm's damping comes from, to be told with the result: that of a catalogue
         arm is `slewctl.arms.CATALOGUE`\ ``[name].damping``.
@@ -193,7 +219,7 @@ def recommend(
     Raises
     ------
     InputError
-        For an unknown sensor.
+        For an unknown sensor, or an impossible clock.
     DesignError
         If no design is acceptable at any bandwidth; the message says what came closest.
 
@@ -205,6 +231,7 @@ def recommend(
     >>> found.basis, found.n  # doctest: +SKIP
     """
     measured = check_sensors(sensors)
+    clock = check_clock(sample_time, delay)
     trials = []
     for bandwidth in BANDWIDTHS:
         hertz = omega_of(arm, bandwidth) / (2 * math.pi)
@@ -212,7 +239,7 @@ def recommend(
             for n in ORDERS:
                 if progress:
                     progress(f"{basis}, n = {n}, {hertz:.3g} Hz")
-                found = _evaluated(arm, bandwidth, measured, truth_modes, basis, n)
+                found = _evaluated(arm, bandwidth, measured, truth_modes, basis, n, clock)
                 trials.append(_trial(basis, n, bandwidth, hertz, found))
     ranked = sorted(
         ((basis, n) for n in ORDERS for basis in NAMES),
@@ -223,17 +250,45 @@ def recommend(
     if limit == 0:
         raise _nothing_found(arm, trials, damping)
     ratio = arm.hub_inertia / beam_inertia(arm)
-    return Recommendation(arm.name, ratio, measured, basis, n, limit, tuple(trials), damping)
+    return Recommendation(
+        arm.name, ratio, measured, basis, n, limit, tuple(trials), damping, **clock
+    )
+
+
+def check_clock(sample_time: float | None, delay: float) -> dict[str, float]:
+    """Return the clock as options of a method, none for a continuous controller.
+
+    Raises
+    ------
+    InputError
+        For impossible times, or a delay without a clock.
+    """
+    if sample_time is None:
+        if check_nonnegative(delay, "delay"):
+            raise InputError(
+                "a continuous controller has no computational delay",
+                where="delay",
+                remedy="give the sample time too",
+            )
+        return {}
+    split_delay(check_positive(sample_time, "sample_time"), delay)
+    return {"sample_time": float(sample_time), "delay": float(delay)}
 
 
 def _evaluated(
-    arm: Arm, bandwidth: float, sensors: tuple[str, ...], truth_modes: int, basis: str, n: int
+    arm: Arm,
+    bandwidth: float,
+    sensors: tuple[str, ...],
+    truth_modes: int,
+    basis: str,
+    n: int,
+    clock: Mapping[str, float],
 ) -> Judgement | None:
     """Return an LQG design on the truth, None where there is none or it is not stable."""
     try:
         with computing():
             place = place_of(arm, bandwidth, sensors, truth_modes)
-            judged = place.evaluate(basis, n, "lqg").judgement
+            judged = place.evaluate(basis, n, "lqg", clock).judgement
             return judged if judged.stable and on_twice(judged).stable else None
     except SlewctlError:
         return None
