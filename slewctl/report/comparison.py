@@ -127,6 +127,17 @@ def _evaluation(e: Evaluation) -> dict[str, Any]:
     }
 
 
+def _proof(chosen: Evaluation) -> str:
+    """Return what proves the margins of a stable loop, and what is proved of those in doubt."""
+    if not chosen.stable:
+        return ""
+    margins = chosen.judgement.margins
+    if not margins.intervals:
+        return "are confirmed by the poles of closed loops alone, not on intervals of the axis"
+    exact = "to one part in a million" if margins.confirmed else "but " + "; ".join(margins.doubts)
+    return f"are proved on {margins.intervals} intervals of the frequency axis, {exact}"
+
+
 def _before_sampling(e: Evaluation) -> dict[str, Any]:
     """Return the margins of the continuous law that a sampled one was made of."""
     loss = sampling_loss(e.judgement)
@@ -154,6 +165,7 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "chosen": result.chosen,
         "clock": _clock(result.chosen),
         "unbounded": _unbounded(result.chosen),
+        "proof": _proof(result.chosen),
         "sampling": sampling_loss(result.chosen.judgement),
         "rows": [(e, _readings(e)) for e in result.evaluations],
         "groups": _groups(result),
