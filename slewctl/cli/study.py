@@ -14,7 +14,7 @@ from rich.table import Table
 from slewctl.arm import catalogue
 from slewctl.breakdown import computing
 from slewctl.cli.options import options_named
-from slewctl.cli.terminal import ERR, OUT, counter, number_table, progress, show
+from slewctl.cli.terminal import ERR, OUT, PATIENCE, counter, number_table, progress, show
 from slewctl.compare import (
     COLUMNS,
     Recommendation,
@@ -29,9 +29,6 @@ from slewctl.compare.study.grid import check_sensors
 from slewctl.compare.study.processes import ENDINGS
 from slewctl.compare.study.recommend import check_clock
 from slewctl.files import computing_arm, find_arm, read_study
-
-# Seconds after which a program in a pipe says that it is at work.
-_PATIENCE = 10.0
 
 
 def study(
@@ -124,7 +121,7 @@ def print_recommendation(
         names = check_sensors([name.strip() for name in sensors.split(",")])
     with options_named({"sample_time": "--sample-time", "delay": "--delay"}):
         check_clock(sample_time, delay)
-    with progress(count_trials(), every=_PATIENCE) as step, computing_arm(arm):
+    with progress(count_trials(), every=PATIENCE) as step, computing_arm(arm):
         advice = recommend(
             chosen, names, sample_time=sample_time, delay=delay, damping=damping, progress=step
         )

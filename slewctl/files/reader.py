@@ -12,7 +12,7 @@ from typing import Any
 
 from slewctl.arm import Arm, catalogue, vary
 from slewctl.check import REQUIREMENTS, check_limits
-from slewctl.compare import Case
+from slewctl.compare import QUANTITIES, Case
 from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import arm_of_table
@@ -28,6 +28,7 @@ from slewctl.files.given_law import (
 from slewctl.files.refusals import validate_each
 from slewctl.files.schema import DESIGN_SCHEMA, MOST_SIGNALS, ArmTable, ControllerTable, DesignTable
 from slewctl.files.source import Source, read_source
+from slewctl.files.uncertainty import Uncertainty, read_uncertainty, refuse_unweighed
 from slewctl.files.variations import Variation, read_variations
 from slewctl.loop import Slew
 from slewctl.plant import Objective
@@ -56,6 +57,8 @@ class DesignFile:
         The file's text, and the lines of its keys.
     beside : str
         A digest of the file that holds a given controller; empty where there is none.
+    uncertainty : Uncertainty or None
+        The box in which the worst arm is sought.
     """
 
     path: Path
@@ -64,6 +67,7 @@ class DesignFile:
     variations: tuple[Variation, ...]
     source: Source
     beside: str = ""
+    uncertainty: Uncertainty | None = None
 
     @property
     def text(self) -> str:
@@ -148,15 +152,23 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     common = {} if faults else requirements
     variations = faults.attempt(read_variations, tried, arm or _stand_in(), common) or ()
     asked = [requirements, *(variation.requirements for variation in variations)]
-    needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in asked)
+    uncertainty = None
+    if tables.get("uncertainty"):
+        uncertainty = faults.attempt(
+            read_uncertainty, tables["uncertainty"], arm or _stand_in(), tried
+        )
+    sought = () if uncertainty is None else (QUANTITIES[uncertainty.quantity].requirement,)
+    needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
     if needs_slew and "slew" not in source.content:
         faults.add([missing("slew")])
     faults.tell()
     if not keys["objective"].weighted:
         refuse_unweighted(name for limits in asked for name in limits)
+    if uncertainty is not None:
+        refuse_unweighed(uncertainty, keys["objective"])
     case = Case(name=name, title=tables["title"], source=str(source.path), **keys)
     beside = digest_beside(source.path, case.options) if method == GIVEN else ""
-    return DesignFile(source.path, case, requirements, variations, source, beside)
+    return DesignFile(source.path, case, requirements, variations, source, beside, uncertainty)
 
 
 def _arm(content: Mapping[str, Any], tables: Mapping[str, Any], faults: Faults) -> Arm | None:

@@ -38,7 +38,7 @@ def test_trials_are_those_of_the_clock_and_its_own_optimum() -> None:
 def test_a_program_in_a_pipe_is_told_that_it_goes_on(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("slewctl.cli.study._PATIENCE", 0.0)
+    monkeypatch.setattr("slewctl.cli.study.PATIENCE", 0.0)
     print_recommendation("quanser-flexible-link", "theta,theta_dot", 0.005, 0.0, as_json=True)
     lines = capsys.readouterr().err.splitlines()
     assert lines[0].startswith("slewctl: 0 of 5 done; ")
