@@ -15,10 +15,10 @@ from slewctl.compare.case import Case, Origin
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.ladder import Ladder, climb, steps
-from slewctl.compare.quantities import RECORDED, UNWEIGHTED
+from slewctl.compare.quantities import QUANTITIES, RECORDED, WEIGHTED
 from slewctl.compare.reading import row
 from slewctl.design.methods import GIVEN
-from slewctl.errors import InputError, SlewctlError
+from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
 from slewctl.loop.curves import curve, nichols_line
 from slewctl.model import Model, beam_inertia
@@ -93,10 +93,11 @@ class TruthSummary:
     tolerance : float
         Largest estimated relative error of the kept frequencies.
     frequencies_hz : tuple of float
-    optimal_cost : float
-        Smallest squared H2 norm that any controller achieves on it with the case's clock.
+    optimal_cost : float or None
+        Smallest squared H2 norm that any controller achieves on it with the case's clock; None
+        without limits and noise, as the drift.
     optimal_verified : bool
-    optimum_drift : float
+    optimum_drift : float or None
         Relative change of the optimal cost on a truth of twice the modes.
     hub_ratio : float
         Hub inertia (with the motor's rotor) over that of the beam about the axis.
@@ -106,9 +107,9 @@ class TruthSummary:
     functions: int
     tolerance: float
     frequencies_hz: tuple[float, ...]
-    optimal_cost: float
+    optimal_cost: float | None
     optimal_verified: bool
-    optimum_drift: float
+    optimum_drift: float | None
     hub_ratio: float
 
 
@@ -281,12 +282,6 @@ def _quiet(_: str) -> None:
 
 
 def _compare_one(case: Case, progress: Progress) -> CaseResult:
-    if not case.objective.weighted:
-        raise InputError(
-            f"{UNWEIGHTED}, and a comparison is one of costs",
-            where="controller.limits",
-            remedy="add limits and noise",
-        )
     judge = Judge(case)
     evaluations: list[Evaluation] = []
     refused: list[Refusal] = []
@@ -315,7 +310,7 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
         case,
         _summary(judge, chosen),
         chosen,
-        tuple(follow(chosen.judgement, name) for name in FOLLOWED),
+        tuple(follow(chosen.judgement, name) for name in FOLLOWED if _told(case, name)),
         tuple(evaluations),
         tuple(refused),
         tuple(curves),
@@ -324,18 +319,24 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
     )
 
 
+def _told(case: Case, name: str) -> bool:
+    """Whether a quantity has a meaning: nothing costs without limits and noise."""
+    return case.objective.weighted or QUANTITIES[name].kind not in WEIGHTED
+
+
 def _summary(judge: Judge, chosen: Evaluation) -> TruthSummary:
     arm, model, judged = judge.case.arm, judge.truth, chosen.judgement
-    finer = judged.finer
-    drift = finer.optimum.h2_cost / judged.optimum.h2_cost - 1 if finer else math.nan
+    finer, weighted = judged.finer, judge.case.objective.weighted
+    optimum = judged.optimum if weighted else None
+    drift = finer.optimum.h2_cost / optimum.h2_cost - 1 if optimum and finer else math.nan
     return TruthSummary(
         modes=model.modes,
         functions=model.functions,
         tolerance=model.tolerance,
         frequencies_hz=tuple(float(f) for f in model.frequencies_hz),
-        optimal_cost=judged.optimum.h2_cost,
-        optimal_verified=judged.optimum.certificate.verified,
-        optimum_drift=drift,
+        optimal_cost=optimum.h2_cost if optimum else None,
+        optimal_verified=optimum is not None and optimum.certificate.verified,
+        optimum_drift=drift if optimum else None,
         hub_ratio=arm.hub_inertia / beam_inertia(arm),
     )
 

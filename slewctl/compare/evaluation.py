@@ -64,8 +64,9 @@ class Evaluation:
 
     @property
     def loss(self) -> float | None:
-        """Cost over the optimum, less one; None for an unstable loop."""
-        return self.judgement.loss if self.stable else None
+        """Cost over the optimum, less one; None for an unstable loop, or without weights."""
+        weighted = self.judgement.loop.objective.weighted
+        return self.judgement.loss if self.stable and weighted else None
 
     @property
     def frequencies(self) -> Array:

@@ -17,7 +17,7 @@ from slewctl.compare import (
     read,
     sampling_loss,
 )
-from slewctl.compare.quantities import Kind
+from slewctl.compare.quantities import WEIGHTED, Kind
 from slewctl.report.comparison_figures import (
     bode_figure,
     ladder_figure,
@@ -195,11 +195,16 @@ _TABLES_OF_KINDS: dict[str, tuple[Kind, ...]] = {
 
 
 def _groups(result: CaseResult) -> list[tuple[str, list[Quantity]]]:
-    """Return the tables' headings with their quantities; volts only where there is a motor."""
+    """Return the tables' headings with their quantities; volts only where there is a motor.
+
+    Without limits and noise there is no cost, and no level under noise.
+    """
     motor = result.case.arm.motor is not None
+    weighted = result.case.objective.weighted
     return [
         (title, [q for q in QUANTITIES.values() if q.kind in kinds and (motor or q.unit != "V")])
         for title, kinds in _TABLES_OF_KINDS.items()
+        if weighted or not set(kinds) & set(WEIGHTED)
     ]
 
 

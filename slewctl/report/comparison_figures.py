@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from slewctl.compare import CaseResult, Evaluation, LoopCurves, Rung
@@ -36,32 +37,44 @@ def shapes_figure(result: CaseResult, name: str) -> str:
 
 def ladder_figure(result: CaseResult, name: str) -> str:
     """Return disk margin and loss of each basis over the number of modes let in."""
-    fig, (left, right) = figure(1, 2, (7.2, 2.7))
-    highest, most = 0.0, _LEAST_LOSS
+    weighted = result.case.objective.weighted
+    fig, axes = figure(1, 1 + weighted, (7.2, 2.7))
+    left = axes[0]
+    highest = 0.0
     for i, ladder in enumerate(result.ladders):
         looks = style(ladder.origin.basis, i)
         modes = [rung.modes for rung in ladder.rungs]
         lost = [rung.modes for rung in ladder.rungs if not rung.stable]
         margins = [_value(rung, "disk_margin") for rung in ladder.rungs]
-        losses = [max(_value(rung, "h2_loss"), _LEAST_LOSS) for rung in ladder.rungs]
-        losses = [loss if np.isfinite(loss) else np.nan for loss in losses]
         left.plot(modes, margins, marker=".", lw=1.3, label=str(ladder.origin), **looks)
         left.plot(lost, np.zeros(len(lost)), "x", color=looks["color"], clip_on=False)
-        right.plot(modes, losses, marker=".", lw=1.3, **looks)
-        highest, most = np.nanmax([*margins, highest]), np.nanmax([*losses, most])
+        highest = np.nanmax([*margins, highest])
     left.set_ylim(0, 1.1 * highest or 1.0)
     left.set_ylabel("disk margin α")
-    decades = 10.0 ** np.arange(-4, np.ceil(np.log10(most)) + 1)
-    right.set_yscale("log")
-    right.set_ylim(decades[0] / 2, 2 * max(decades[-1], 1e-3))
-    right.set_yticks(decades, [f"{100 * d:g} %" for d in decades])
-    right.minorticks_off()
-    right.set_ylabel("lost of the optimal cost")
-    for ax in (left, right):
+    if weighted:
+        _losses(axes[1], result)
+    for ax in axes:
         ax.set_xlabel("modes of the truth N")
         ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     legend(left)
-    return svg(fig, name, f"Disk margin and loss of {result.case.name} over the modes let in")
+    what = "Disk margin and loss" if weighted else "Disk margin"
+    return svg(fig, name, f"{what} of {result.case.name} over the modes let in")
+
+
+def _losses(ax: Axes, result: CaseResult) -> None:
+    """Draw the loss of each ladder; infinite ones are gaps."""
+    most = _LEAST_LOSS
+    for i, ladder in enumerate(result.ladders):
+        losses = [max(_value(rung, "h2_loss"), _LEAST_LOSS) for rung in ladder.rungs]
+        losses = [loss if np.isfinite(loss) else np.nan for loss in losses]
+        looks = style(ladder.origin.basis, i)
+        ax.plot([rung.modes for rung in ladder.rungs], losses, marker=".", lw=1.3, **looks)
+        most = np.nanmax([*losses, most])
+    decades = 10.0 ** np.arange(-4, np.ceil(np.log10(most)) + 1)
+    ax.set_yscale("log")
+    ax.set_ylim(decades[0] / 2, 2 * max(decades[-1], 1e-3))
+    ax.set_yticks(decades, [f"{100 * d:g} %" for d in decades])
+    ax.set_ylabel("lost of the optimal cost")
 
 
 def _value(rung: Rung, name: str) -> float:

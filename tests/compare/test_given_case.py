@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -50,6 +51,23 @@ def test_no_page_and_no_table_says_that_a_given_law_is_made_on_a_basis(tmp_path:
         assert "white sensor noise passes straight to the actuator" in section
     (row,) = csv.DictReader((tmp_path / "designs.csv").open())
     assert (row["basis"], row["n"], row["worst_frequency_error"]) == ("", "", "")
+
+
+def test_without_limits_and_noise_a_page_tells_of_no_cost(tmp_path: Path) -> None:
+    case = replace(CASE, objective=signals_alone(["theta"], "torque"))
+    found = compare([case])
+    (result,) = found.cases
+    assert result.chosen.loss is None
+    write_comparison(found, tmp_path)
+    for name in ("index.html", "index.md"):
+        text = (tmp_path / name).read_text()
+        section = text[text.index("Arm: ") :].partition("Made with")[0]
+        assert re.search("optim|cost|lost of", section.partition("<details")[0]) is None
+    results = json.loads((tmp_path / "results.json").read_text())
+    assert results["cases"][0]["truth"]["optimal_cost"] is None
+    (row,) = csv.DictReader((tmp_path / "designs.csv").open())
+    assert (row["optimal_cost"], row["h2_loss"]) == ("", "")
+    assert float(row["phase_margin_deg"]) > 10
 
 
 def test_ladder_of_a_given_law_begins_at_the_first_mode_and_blames_no_designer() -> None:
