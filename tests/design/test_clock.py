@@ -75,7 +75,7 @@ def test_what_runs_tends_to_the_continuous_law_with_the_hold_s_half_sample(metho
         assert abs(K.h2_cost / law.h2_cost - 1) < 0.1
 
 
-@pytest.mark.parametrize("rule", [{}, {"discretise": "zoh"}, {"prewarp_hz": 0.1}])
+@pytest.mark.parametrize("rule", [{"discretise": "zoh"}, {"prewarp_hz": 0.1}])
 def test_the_loss_of_margin_is_that_of_the_engine(rule: dict[str, object]) -> None:
     problem = sc.Problem(PLANT.model.arm, {"tip": 0.1, "torque": 1.0}, SENSORS, truth_modes=4)
     K = sc.pd_notch(PLANT, bandwidth_hz=0.1, sample_time=0.01, delay=0.005, **rule)
