@@ -27,7 +27,7 @@ from slewctl.compare import (
 )
 from slewctl.compare.study.grid import check_sensors
 from slewctl.compare.study.processes import ENDINGS
-from slewctl.compare.study.recommend import check_clock
+from slewctl.design.clocked import read_clock
 from slewctl.files import computing_arm, find_arm, read_study
 
 
@@ -120,7 +120,7 @@ def print_recommendation(
     with options_named({"sensors": "--sensors"}):
         names = check_sensors([name.strip() for name in sensors.split(",")])
     with options_named({"sample_time": "--sample-time", "delay": "--delay"}):
-        check_clock(sample_time, delay)
+        read_clock(sample_time, delay)
     with progress(count_trials(), every=PATIENCE) as step, computing_arm(arm):
         advice = recommend(
             chosen, names, sample_time=sample_time, delay=delay, damping=damping, progress=step

@@ -13,12 +13,12 @@ import numpy as np
 from slewctl.design.discretise import check_rule, discretised
 from slewctl.design.reference import Reference, rigid_readings, rigid_reference
 from slewctl.design.result import Controller, finished, with_reference
-from slewctl.errors import InputError, check_positive
+from slewctl.errors import InputError, check_nonnegative, check_positive
 from slewctl.numerics.hinf_norm import peak_gain
 from slewctl.numerics.interconnect import closed_matrix
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.observability import poles_and_growth
-from slewctl.plant import GeneralisedPlant, check_plant, sampled_plant
+from slewctl.plant import GeneralisedPlant, check_plant, sampled_plant, split_delay
 
 _PARAMETERS = """sample_time : float, optional
     In s.  Given, the law is a continuous one made a difference equation, which runs with this
@@ -32,32 +32,46 @@ prewarp_hz : float, optional
 """
 
 
-def check_clock(plant: GeneralisedPlant, sample_time: float | None, delay: float | None) -> float:
-    """Return the sample time in s, zero for a continuous controller.
+def read_clock(sample_time: float | None, delay: float) -> dict[str, float]:
+    """Return a clock as options of a method, none for a continuous controller.
 
     Raises
     ------
     InputError
-        For a delay without a clock, a clock beside that of a sampled plant, impossible times,
-        or a plant that cannot be sampled.
+        For impossible times, or a delay without a clock.
     """
     if sample_time is None:
-        if delay:
+        if check_nonnegative(delay, "delay") > 0:
             raise InputError(
                 "a continuous controller has no computational delay",
                 where="delay",
                 remedy="give sample_time too",
             )
-        return 0.0
+        return {}
     T = check_positive(sample_time, "sample_time")
+    split_delay(T, delay)
+    return {"sample_time": T, "delay": float(delay)}
+
+
+def check_clock(plant: GeneralisedPlant, sample_time: float | None, delay: float) -> float:
+    """Return the sample time in s, zero for a continuous controller.
+
+    Raises
+    ------
+    InputError
+        As `read_clock`; for a clock beside that of a sampled plant, or a plant that cannot be
+        sampled.
+    """
+    clock = read_clock(sample_time, delay)
+    if not clock:
+        return 0.0
     if plant.sample_time:
         raise InputError(
             f"the plant is sampled already, every {plant.sample_time:g} s",
             where="sample_time",
             remedy="leave it out, or give the continuous plant",
         )
-    sampled_plant(plant, T, delay or 0.0)
-    return T
+    return sampled_plant(plant, **clock).sample_time
 
 
 def with_clock(method: Callable[..., Controller]) -> Callable[..., Controller]:
@@ -98,21 +112,16 @@ def with_clock(method: Callable[..., Controller]) -> Callable[..., Controller]:
         return rule.run(plant, method(plant, **options))
 
     own = inspect.signature(method)
+    added = [
+        parameter
+        for parameter in inspect.signature(clocked, follow_wrapped=False).parameters.values()
+        if parameter.kind is parameter.KEYWORD_ONLY
+    ]
     clocked.__signature__ = own.replace(  # type: ignore[attr-defined]
-        parameters=[*own.parameters.values(), *_clock_parameters()]
+        parameters=[*own.parameters.values(), *added]
     )
     clocked.__doc__ = _documented(method.__doc__ or "")
     return clocked
-
-
-def _clock_parameters() -> list[inspect.Parameter]:
-    kind = inspect.Parameter.KEYWORD_ONLY
-    defaults = {"sample_time": None, "delay": 0.0, "discretise": None, "prewarp_hz": None}
-    kinds = {"delay": "float", "discretise": "str | None"}
-    return [
-        inspect.Parameter(name, kind, default=value, annotation=kinds.get(name, "float | None"))
-        for name, value in defaults.items()
-    ]
 
 
 def _documented(text: str) -> str:

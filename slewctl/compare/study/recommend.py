@@ -20,15 +20,9 @@ from slewctl.compare.reading import read
 from slewctl.compare.study.answer import GOOD, percent
 from slewctl.compare.study.grid import check_sensors, omega_of
 from slewctl.compare.study.point import on_twice, place_of
-from slewctl.errors import (
-    DesignError,
-    InputError,
-    SlewctlError,
-    check_nonnegative,
-    check_positive,
-)
+from slewctl.design.clocked import read_clock
+from slewctl.errors import DesignError, SlewctlError
 from slewctl.model import beam_inertia
-from slewctl.plant import split_delay
 
 # Over the first flexible frequency, from slow to faster than any small model bears.
 BANDWIDTHS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5)
@@ -231,7 +225,7 @@ def recommend(
     >>> found.basis, found.n  # doctest: +SKIP
     """
     measured = check_sensors(sensors)
-    clock = check_clock(sample_time, delay)
+    clock = read_clock(sample_time, delay)
     trials = []
     for bandwidth in BANDWIDTHS:
         hertz = omega_of(arm, bandwidth) / (2 * math.pi)
@@ -253,26 +247,6 @@ def recommend(
     return Recommendation(
         arm.name, ratio, measured, basis, n, limit, tuple(trials), damping, **clock
     )
-
-
-def check_clock(sample_time: float | None, delay: float) -> dict[str, float]:
-    """Return the clock as options of a method, none for a continuous controller.
-
-    Raises
-    ------
-    InputError
-        For impossible times, or a delay without a clock.
-    """
-    if sample_time is None:
-        if check_nonnegative(delay, "delay"):
-            raise InputError(
-                "a continuous controller has no computational delay",
-                where="delay",
-                remedy="give the sample time too",
-            )
-        return {}
-    split_delay(check_positive(sample_time, "sample_time"), delay)
-    return {"sample_time": float(sample_time), "delay": float(delay)}
 
 
 def _evaluated(

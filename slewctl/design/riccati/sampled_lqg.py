@@ -24,17 +24,15 @@ from slewctl.design.result import Check, Controller, finished
 from slewctl.design.riccati.integral_action import angle_sensor, slowest_motion
 from slewctl.design.riccati.lqr_kalman import check_assumptions
 from slewctl.design.sampled_estimate import SampledEstimate
-from slewctl.errors import check_positive
 from slewctl.numerics.matrix_equations import RiccatiSolution, solve_discrete_riccati
-from slewctl.plant import GeneralisedPlant, split_delay
+from slewctl.plant import GeneralisedPlant
 
 
 def sampled_lqg(
     plant: GeneralisedPlant, sample_time: float, delay: float, integral_limit: float | None
 ) -> Controller:
     """Return the sampled LQG controller; see `slewctl.lqg`."""
-    T = check_positive(sample_time, "sample_time")
-    split_delay(T, delay)
+    T = sample_time
     angle = None if integral_limit is None else angle_sensor(plant)
     check_assumptions(plant)
     start = perf_counter()
