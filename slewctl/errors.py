@@ -13,10 +13,11 @@ from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 from functools import partial
 from numbers import Integral, Real
-from typing import Any, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 from slewctl.escape import one_line
 
+P = ParamSpec("P")
 T = TypeVar("T")
 
 # Characters of a value, of what is wrong and of the remedy that a person reads.
@@ -93,6 +94,10 @@ class FaultsError(InputError):
         """Return the same faults with `place` before the place of each."""
         return FaultsError([fault.within(place, separator) for fault in self.faults])
 
+    def at(self, where: str) -> SlewctlError:
+        """Return the same faults, all at another place."""
+        return FaultsError([fault.at(where) for fault in self.faults])
+
     def __str__(self) -> str:
         lines = [str(fault) for fault in told_faults(self)]
         more = len(self.faults) - len(lines)
@@ -107,6 +112,42 @@ def faults_of(error: SlewctlError) -> tuple[SlewctlError, ...]:
 def told_faults(error: SlewctlError) -> tuple[SlewctlError, ...]:
     """Return those single faults of an error that are told one by one."""
     return faults_of(error)[:_MOST_FAULTS]
+
+
+class Faults:
+    """The faults of a file, or of a call, found so far: all of them are told at once."""
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[str, str], SlewctlError] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._found)
+
+    def add(self, faults: Iterable[SlewctlError]) -> None:
+        """Add faults; one that is known is not told twice."""
+        for fault in faults:
+            self._found.setdefault((fault.where, fault.what), fault)
+
+    def attempt(self, make: Callable[P, T], *args: P.args, **keys: P.kwargs) -> T | None:
+        """Return what `make` returns, or None after adding what it refuses."""
+        try:
+            return make(*args, **keys)
+        except SlewctlError as error:
+            self.add(faults_of(error))
+            return None
+
+    def settled(self, made: T | None) -> T:
+        """Return what was made, if nothing is wrong at all."""
+        self.tell()
+        return cast(T, made)
+
+    def tell(self) -> None:
+        """Raise what was found, if anything was."""
+        found = list(self._found.values())
+        if len(found) == 1:
+            raise found[0]
+        if found:
+            raise FaultsError(found)
 
 
 class DesignError(SlewctlError):

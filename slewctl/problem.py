@@ -15,6 +15,7 @@ from slewctl.compare.case import DEFAULT_SLEW, MOST_TRUTH_MODES
 from slewctl.compare.judged import Judged
 from slewctl.compare.judgement import Yardstick
 from slewctl.design import Controller
+from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError, check_count
 from slewctl.export import toml_text
 from slewctl.loop import Slew, close
@@ -159,7 +160,7 @@ class Problem:
         method : str
             Of `slewctl.design.METHODS`.
         basis, n : str, int
-            What the design is made on.
+            What the design is made on; a given law is made on none.
         requirements : mapping of str to float, optional
             What the gate requires, by default that the loop is stable.
         title : str
@@ -186,7 +187,7 @@ class Problem:
             {
                 "title": title or None,
                 "arm": arm_table(self.arm),
-                "model": {"basis": basis, "n": n},
+                "model": None if method == GIVEN else {"basis": basis, "n": n},
                 "controller": {"method": method, **options, **weights},
                 "slew": slew,
                 "truth": {"modes": self.truth_modes},

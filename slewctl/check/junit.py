@@ -1,7 +1,7 @@
 """Results as JUnit XML, which every CI system shows.
 
 One suite per design file and one case per requirement; a design that could not be judged is
-an error, an unchanged one is skipped.
+an error, an unchanged one is skipped.  What is proved of a margin is its output.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from slewctl.check.result import DesignResult, Finding
-from slewctl.check.words import GONE, sentence, title
+from slewctl.check.words import GONE, proof_text, sentence, title
 from slewctl.escape import xml
 
 
@@ -87,7 +87,10 @@ def _case(
         file=xml(result.file.as_posix()),
         line=str(line or 1),
     )
+    proof = "" if finding is None else proof_text(finding.verdict)
     if finding is not None and not finding.verdict.passed:
         text = xml(sentence(finding))
         ET.SubElement(case, "failure", message=text, type=finding.against).text = text
+    if proof:
+        ET.SubElement(case, "system-out").text = proof
     return case

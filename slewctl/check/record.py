@@ -6,11 +6,13 @@ Keys are only ever added within a schema.  Infinite numbers become the strings "
     schema, slewctl, status, summary, designs
     design:   name, file, status, error, line, notes, arms
     arm:      arm, requirements, baseline, measured
-    verdict:  requirement, passed, value, limit, sense, unit, frequency_hz, mode, line, note, seen
+    verdict:  requirement, passed, value, limit, sense, unit, frequency_hz, mode, line, note, seen,
+              at_least, intervals
 
 ``status`` of the run is the exit status; that of a design is passed, failed, broken, missing
 or unchanged.  ``measured`` holds every required quantity and all margins; ``seen`` the value on
-each truth, by its number of modes.
+each truth, by its number of modes.  Of a margin ``at_least`` is what is proved of it on so many
+``intervals`` of the frequency axis; null and zero where closed-loop poles alone confirm it.
 """
 
 from __future__ import annotations
@@ -90,7 +92,12 @@ def _arm(result: DesignResult, arm: str) -> dict[str, Any]:
         "requirements": [_finding(found) for found in here if found.against == "requirement"],
         "baseline": [_finding(found) for found in here if found.against == "baseline"],
         "measured": {
-            name: {"value": number(found.value), "frequency_hz": found.frequency_hz}
+            name: {
+                "value": number(found.value),
+                "frequency_hz": found.frequency_hz,
+                "at_least": found.at_least,
+                "intervals": found.intervals,
+            }
             for name, found in measured.items()
         },
     }
@@ -110,4 +117,6 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "line": finding.line,
         "note": verdict.note,
         "seen": [{"modes": modes, "value": value} for modes, value in verdict.seen],
+        "at_least": verdict.at_least,
+        "intervals": verdict.intervals,
     }

@@ -41,6 +41,8 @@ class Verdict:
         The mode that takes part there, such as "mode 3 (12.4 Hz)".
     seen : tuple of (int, float or None)
         Modes of each truth that was asked, and the value there.
+    at_least, intervals : float or None, int
+        Of a margin, what is proved of it, and on how many intervals; see `Reading`.
     """
 
     requirement: str
@@ -51,6 +53,8 @@ class Verdict:
     note: str
     mode: str = ""
     seen: tuple[tuple[int, float | None], ...] = ()
+    at_least: float | None = None
+    intervals: int = 0
 
     @property
     def quantity(self) -> Quantity:
@@ -197,6 +201,8 @@ def _verdict(judgement: Judgement, requirement: str, limit: float) -> Verdict:
         note,
         reading.mode,
         tuple((seen.modes, _number(seen.reading)) for seen in followed.seen),
+        reading.at_least,
+        reading.intervals,
     )
 
 

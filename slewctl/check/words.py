@@ -47,6 +47,16 @@ def place_text(verdict: Verdict) -> str:
     return f"{verdict.frequency_hz:.4g} Hz{f', {mode}' if mode else ''}"
 
 
+def proof_text(verdict: Verdict) -> str:
+    """Return what is proved of a margin; empty for what is no margin, or has no value."""
+    if verdict.quantity.kind != "margin" or verdict.value is None:
+        return ""
+    if verdict.at_least is None:
+        return "confirmed by the poles of closed loops alone, not on intervals of the axis"
+    least = f"{verdict.at_least:.6g} {verdict.quantity.unit}".rstrip()
+    return f"proved on {verdict.intervals} intervals of the axis to be at least {least}"
+
+
 def title(finding: Finding) -> str:
     """Return what was asked: the requirement, the arm unless nominal, the baseline if it asks."""
     arm = "" if finding.arm == NOMINAL else f" [{finding.arm}]"

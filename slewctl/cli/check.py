@@ -81,7 +81,11 @@ def check(
     before = outputs.accepted(may_be_missing=update_baseline)
     with progress(len(designs)) as step:
         results = check_designs(
-            paths, step, None if update_baseline else before, changed_only=changed_only
+            paths,
+            step,
+            None if update_baseline else before,
+            changed_only=changed_only,
+            working=step.within,
         )
     if before is not None and not update_baseline:
         gone = missing(before, results)

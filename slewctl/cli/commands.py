@@ -189,6 +189,43 @@ def design_command(context: click.Context, design: Path, out: Path) -> None:
     context.exit(write_design(design, out))
 
 
+@cli.command("worst")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--box", multiple=True, metavar="NAME=LOW:HIGH",
+              help="A property and its range, instead of the file's; repeatable.")  # fmt: skip
+@click.option("--quantity", help="What is to be good; disk_margin by default.")
+@click.option("--samples", type=click.IntRange(0), metavar="N",
+              help="Arms inside of the box, beside its corners; 32 by default.")  # fmt: skip
+@click.option("--searches", type=click.IntRange(0), metavar="N",
+              help="Searches from the worst arms so far; 2 by default.")  # fmt: skip
+@click.option("--evaluations", type=click.IntRange(1), metavar="N",
+              help="Most arms of each search; 60 by default.")  # fmt: skip
+@click.option("--seed", type=click.IntRange(0), metavar="N", help="Of the samples; 0 by default.")
+@click.option("--json", "as_json", is_flag=True, help="Print all arms as JSON.")
+@click.pass_context
+def worst_command(
+    context: click.Context,
+    design: Path,
+    box: tuple[str, ...],
+    quantity: str | None,
+    samples: int | None,
+    searches: int | None,
+    evaluations: int | None,
+    seed: int | None,
+    as_json: bool,
+) -> None:
+    """Look for the worst arm in a box of properties around that of DESIGN (a TOML file).
+
+    The controller is made once, for the file's own arm. What is found is an arm that can be
+    judged again, and no proof that there is none worse. The exit status is 1 where the loop is
+    unstable on it.
+    """
+    from slewctl.cli.worst import Asked, print_worst
+
+    asked = Asked(box, quantity, samples, searches, evaluations, seed)
+    context.exit(print_worst(design, asked, as_json))
+
+
 @cli.command("study")
 @click.argument("file", type=click.Path(path_type=Path))
 @OUT_FOLDER
@@ -221,8 +258,14 @@ def study_command(
 @click.argument("arm")
 @click.option("--sensors", default="theta,theta_dot", show_default=True,
               help="What is measured: of theta, theta_dot, tip and tip_deflection.")  # fmt: skip
+@click.option("--sample-time", type=float, metavar="SECONDS",
+              help="The controller runs on this clock.")  # fmt: skip
+@click.option("--delay", type=float, default=0.0, metavar="SECONDS",
+              help="From a sample to the output that is computed from it.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print the evidence as JSON.")
-def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
+def recommend_command(
+    arm: str, sensors: str, sample_time: float | None, delay: float, as_json: bool
+) -> None:
     """Say which basis, how many functions and how fast a controller suit ARM.
 
     ARM is a catalogue name, whose arm gets its suggested damping, or a TOML file with an
@@ -230,7 +273,7 @@ def recommend_command(arm: str, sensors: str, as_json: bool) -> None:
     """
     from slewctl.cli.study import print_recommendation
 
-    print_recommendation(arm, sensors, as_json)
+    print_recommendation(arm, sensors, sample_time, delay, as_json)
 
 
 @cli.command("paper")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 
 from slewctl.cli.options import options_named
@@ -16,7 +15,7 @@ from slewctl.compare import (
     count_designs,
     spillover_ladder,
 )
-from slewctl.compare.ladder import TOLD
+from slewctl.compare.ladder import TOLD, redesigned
 from slewctl.errors import InputError
 from slewctl.files import (
     DesignFile,
@@ -24,6 +23,13 @@ from slewctl.files import (
     name_designs,
     read_design,
 )
+
+_HEADINGS = {
+    "gain_margin_db": "gain (dB)",
+    "phase_margin_deg": "phase (deg)",
+    "disk_margin": "disk",
+    "h2_loss": "lost (%)",
+}
 
 
 def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
@@ -61,19 +67,25 @@ def print_ladder(design: Path, basis: str | None, n: int | None) -> None:
     """Print how a design fares on more and more modes of the truth."""
     file = read_design(design)
     with options_named({"model.basis": "--basis", "model.n": "-n", "truth.modes": "-n"}):
-        case = replace(file.case, basis=basis or file.case.basis, n=n or file.case.n)
+        case = redesigned(file.case, basis, n)
     with file.source.computing():
         ladder = spillover_ladder(case)
-    table = number_table("modes N", "up to (Hz)", "gain (dB)", "phase (deg)", "disk", "lost (%)")
+    headings = {name: _HEADINGS[name] for name in TOLD}
+    if not case.objective.weighted:
+        del headings["h2_loss"]
+    table = number_table("modes N", "up to (Hz)", *headings.values())
     for rung in ladder.rungs:
-        table.add_row(str(rung.modes), f"{rung.frequency_hz:.5g}", *_rung_cells(rung))
+        table.add_row(str(rung.modes), f"{rung.frequency_hz:.5g}", *_rung_cells(rung, headings))
     OUT.print(str(ladder))
     show(table)
 
 
-def _rung_cells(rung: Rung) -> tuple[str, ...]:
+def _rung_cells(rung: Rung, names: Collection[str]) -> Iterable[str]:
     """Return margins and loss of a rung, or the frequency that grows."""
     if not rung.stable:
-        return (f"unstable at {rung.judgement.unstable_hz[0]:.4g} Hz", "", "", "")
-    *margins, loss = (rung.value(name) or 0.0 for name in TOLD)
-    return tuple(f"{figure:.4g}" for figure in (*margins, 100 * loss))
+        return (f"unstable at {rung.judgement.unstable_hz[0]:.4g} Hz", *[""] * (len(names) - 1))
+    values = {name: rung.value(name) for name in names}
+    return (
+        "-" if value is None else f"{100 * value if name == 'h2_loss' else value:.4g}"
+        for name, value in values.items()
+    )

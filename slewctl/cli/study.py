@@ -14,7 +14,7 @@ from rich.table import Table
 from slewctl.arm import catalogue
 from slewctl.breakdown import computing
 from slewctl.cli.options import options_named
-from slewctl.cli.terminal import ERR, OUT, counter, number_table, progress, show
+from slewctl.cli.terminal import ERR, OUT, PATIENCE, counter, number_table, progress, show
 from slewctl.compare import (
     COLUMNS,
     Recommendation,
@@ -27,6 +27,7 @@ from slewctl.compare import (
 )
 from slewctl.compare.study.grid import check_sensors
 from slewctl.compare.study.processes import ENDINGS
+from slewctl.design.clocked import read_clock
 from slewctl.files import computing_arm, find_arm, read_study
 
 
@@ -109,15 +110,21 @@ class _EndedError(KeyboardInterrupt):
         self.number = number
 
 
-def print_recommendation(arm: str, sensors: str, as_json: bool) -> None:
+def print_recommendation(
+    arm: str, sensors: str, sample_time: float | None, delay: float, as_json: bool
+) -> None:
     """Print which basis, order and bandwidth suit an arm."""
     known = arm in catalogue.names()
     chosen = catalogue.damped(arm) if known else find_arm(arm)
     damping = str(catalogue.CATALOGUE[arm].damping) if known else ""
     with options_named({"sensors": "--sensors"}):
         names = check_sensors([name.strip() for name in sensors.split(",")])
-    with progress(count_trials()) as step, computing_arm(arm):
-        advice = recommend(chosen, names, damping=damping, progress=step)
+    with options_named({"sample_time": "--sample-time", "delay": "--delay"}):
+        read_clock(sample_time, delay)
+    with progress(count_trials(), every=PATIENCE) as step, computing_arm(arm):
+        advice = recommend(
+            chosen, names, sample_time=sample_time, delay=delay, damping=damping, progress=step
+        )
     if as_json:
         OUT.text(json.dumps(advice.to_dict(), indent=1))
         return

@@ -7,8 +7,10 @@ terminal nor a CI log, and a stream that takes no more is no traceback.
 from __future__ import annotations
 
 import io
+import math
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import ParamSpec, TextIO, TypeVar
@@ -34,6 +36,8 @@ T = TypeVar("T")
 
 # What a shell reports of a program that wrote to a pipe which nobody read any more.
 NOBODY_READS = 141
+# Seconds after which a program in a pipe is told that a long search goes on.
+PATIENCE = 10.0
 # Columns of a table that no screen breaks into lines.
 _ENDLESS = 1_000_000
 
@@ -141,11 +145,55 @@ def counter(total: int) -> Iterator[Callable[[int], None]]:
         yield lambda done: bar.update(task, advance=done)
 
 
+class Step:
+    """Tells of steps, and of what goes on within one."""
+
+    def __call__(self, text: str) -> None:
+        """Begin a step."""
+
+    def within(self, text: str) -> None:
+        """Say what goes on within the step."""
+
+
+class _Lines(Step):
+    """A line every so many seconds, for a program that reads a pipe."""
+
+    def __init__(self, total: int | None, every: float) -> None:
+        self.total, self.every = total, every
+        self.done, self.told = 0, time.monotonic()
+
+    def __call__(self, text: str) -> None:
+        self.within(text)
+        self.done += 1
+
+    def within(self, text: str) -> None:
+        if time.monotonic() - self.told >= self.every:
+            self.told = time.monotonic()
+            count = f"{self.done}{f' of {self.total}' if self.total else ''} done"
+            ERR.print(f"slewctl: {count}; {text}")
+
+
+class _Bar(Step):
+    def __init__(self, bar: Progress, total: int | None) -> None:
+        self.bar, self.started = bar, False
+        self.task = bar.add_task("", total=total)
+
+    def __call__(self, text: str) -> None:
+        self.bar.update(self.task, description=escaped(text), advance=1 if self.started else 0)
+        self.started = True
+
+    def within(self, text: str) -> None:
+        self.bar.update(self.task, description=escaped(text))
+
+
 @contextmanager
-def progress(total: int | None) -> Iterator[Callable[[str], None]]:
-    """Yield a function to call before each step; it draws a bar on a terminal only."""
+def progress(total: int | None, *, every: float = math.inf) -> Iterator[Step]:
+    """Yield a function to call before each step; it draws a bar on a terminal.
+
+    Elsewhere it is silent, or tells a line on standard error `every` so many seconds.
+    """
     if not ERR.is_terminal:
-        yield lambda _: None
+        yield _Lines(total, every)
         return
     bar = Progress(
         TextColumn("{task.description}", markup=False),
@@ -156,15 +204,7 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
         transient=True,
     )
     with bar:
-        task = bar.add_task("", total=total)
-        started = False
-
-        def step(text: str) -> None:
-            nonlocal started
-            bar.update(task, description=escaped(text), advance=1 if started else 0)
-            started = True
-
-        yield step
+        yield _Bar(bar, total)
 
 
 class Told:

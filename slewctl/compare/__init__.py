@@ -6,6 +6,7 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.compare.case import Case
+    from slewctl.compare.clock_loss import SamplingLoss, sampling_loss
     from slewctl.compare.comparison import (
         CaseResult,
         Comparison,
@@ -78,6 +79,7 @@ __all__ = [
     "Reductions",
     "Refusal",
     "Rung",
+    "SamplingLoss",
     "Seen",
     "Setting",
     "Share",
@@ -108,6 +110,7 @@ __all__ = [
     "recommend",
     "rows",
     "run_study",
+    "sampling_loss",
     "spillover_ladder",
     "sweep",
     "worst_case",

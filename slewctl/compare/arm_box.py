@@ -31,7 +31,7 @@ def box_bounds(box: Mapping[str, Sequence[float]], arm: Arm) -> tuple[Array, Arr
         if name not in PROPERTIES:
             raise InputError(
                 f"unknown property {shown(name)}",
-                where="box",
+                where=f"box.{name}",
                 remedy=suggest(str(name), PROPERTIES),
             )
         if isinstance(interval, str) or not isinstance(interval, Sequence) or len(interval) != 2:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 from slewctl.arm import Arm
 from slewctl.basis import NAMES
 from slewctl.design import METHODS, options
+from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError, check_choice, check_count, check_each, shown, suggest
 from slewctl.loop import Slew
 from slewctl.model.converged_truth import DEFAULT_MODES
@@ -17,6 +19,29 @@ from slewctl.plant import Objective
 MOST_TRUTH_MODES = 60
 # What is simulated where nobody says.
 DEFAULT_SLEW = Slew(angle_deg=30.0, duration_s=2.0)
+
+
+class Origin(NamedTuple):
+    """What a controller was made on, in the words of everything that tells of it.
+
+    Attributes
+    ----------
+    basis : str
+        The basis, or the reduction; empty for a given law, which was made elsewhere.
+    n : int
+        Flexible modes of the design model; zero for a given law.
+    """
+
+    basis: str = ""
+    n: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.basis}, n = {self.n}" if self.basis else GIVEN
+
+    @property
+    def cells(self) -> dict[str, object]:
+        """Basis and n as two columns of a table, None where there are none."""
+        return {"basis": self.basis or None, "n": self.n or None}
 
 
 @dataclass(frozen=True)
@@ -30,9 +55,10 @@ class Case:
     arm : Arm
     objective : Objective
     basis : str
-        Name of the basis that the design model uses (see `slewctl.basis.NAMES`).
+        Name of the basis that the design model uses (see `slewctl.basis.NAMES`); empty for a
+        given law, which has no design model, whatever is passed.
     n : int
-        Number of admissible functions of the design model.
+        Number of admissible functions of the design model; zero for a given law.
     method : str
         Name of the design method (see `slewctl.design.METHODS`).
     options : mapping of str to object
@@ -46,7 +72,7 @@ class Case:
     truth_modes : int
         Flexible modes that the truth keeps; not fewer than any n compared.
     bases : tuple of str
-        Bases that a comparison tries.
+        Bases that a comparison tries; none for a given law.
     orders : tuple of int
         Numbers of functions that a comparison tries.
 
@@ -62,7 +88,7 @@ class Case:
     basis: str = "clamped-free"
     n: int = 2
     method: str = "lqg"
-    options: Mapping[str, object] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
     slew: Slew = DEFAULT_SLEW
     title: str = ""
     source: str = ""
@@ -71,10 +97,15 @@ class Case:
     orders: tuple[int, ...] = (1, 2, 3, 4, 5)
 
     def __post_init__(self) -> None:
+        check_choice(self.method, METHODS, "controller.method")
+        made_elsewhere = {"basis": "", "n": 0, "bases": (), "orders": ()} if self.is_given else {}
+        for name, none in made_elsewhere.items():
+            object.__setattr__(self, name, none)
         object.__setattr__(self, "bases", tuple(self.bases))
         object.__setattr__(self, "orders", tuple(self.orders))
-        check_choice(self.basis, NAMES, "model.basis")
-        check_choice(self.method, METHODS, "controller.method")
+        if not self.is_given:
+            check_choice(self.basis, NAMES, "model.basis")
+            check_count(self.n, "model.n")
         known = options(self.method)
         for key in self.options:
             if key not in known:
@@ -83,7 +114,6 @@ class Case:
                     where=f"controller.{key}",
                     remedy=suggest(key, known) if known else "leave it out",
                 )
-        check_count(self.n, "model.n")
         check_each(self.bases, "compare.bases", lambda name, at: check_choice(name, NAMES, at))
         check_each(self.orders, "compare.orders", check_count)
         if self.truth_modes > MOST_TRUTH_MODES:
@@ -110,7 +140,17 @@ class Case:
             )
 
     @property
-    def candidates(self) -> tuple[tuple[str, int], ...]:
-        """Every (basis, n) to compare, the case's own one included."""
-        grid = [(basis, n) for basis in self.bases for n in self.orders]
-        return tuple(dict.fromkeys([*grid, (self.basis, self.n)]))
+    def is_given(self) -> bool:
+        """Whether the controller was made elsewhere."""
+        return self.method == GIVEN
+
+    @property
+    def origin(self) -> Origin:
+        """What the case's own controller is made on."""
+        return Origin(self.basis, self.n)
+
+    @property
+    def candidates(self) -> tuple[Origin, ...]:
+        """Every basis and n to compare, the case's own included."""
+        grid = [Origin(basis, n) for basis in self.bases for n in self.orders]
+        return tuple(dict.fromkeys([*grid, self.origin]))

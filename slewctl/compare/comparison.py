@@ -11,13 +11,14 @@ import numpy as np
 from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.compare.case import Case
+from slewctl.compare.case import Case, Origin
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.ladder import Ladder, climb, steps
-from slewctl.compare.quantities import RECORDED, UNWEIGHTED
+from slewctl.compare.quantities import QUANTITIES, RECORDED, WEIGHTED
 from slewctl.compare.reading import row
-from slewctl.errors import InputError, SlewctlError
+from slewctl.design.methods import GIVEN
+from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
 from slewctl.loop.curves import curve, nichols_line
 from slewctl.model import Model, beam_inertia
@@ -39,8 +40,8 @@ class LoopCurves:
 
     Attributes
     ----------
-    basis : str
-    n : int
+    origin : Origin
+        What the controller was made on.
     stable : bool
     frequency_hz, gain_db, phase_deg : ndarray
         Dense around every pole of the loop; the phase is continuous.
@@ -48,8 +49,7 @@ class LoopCurves:
         None for an unstable loop.
     """
 
-    basis: str
-    n: int
+    origin: Origin
     stable: bool
     frequency_hz: Array
     gain_db: Array
@@ -93,10 +93,11 @@ class TruthSummary:
     tolerance : float
         Largest estimated relative error of the kept frequencies.
     frequencies_hz : tuple of float
-    optimal_cost : float
-        Smallest squared H2 norm that any controller achieves on it with the case's clock.
+    optimal_cost : float or None
+        Smallest squared H2 norm that any controller achieves on it with the case's clock; None
+        without limits and noise, as the drift.
     optimal_verified : bool
-    optimum_drift : float
+    optimum_drift : float or None
         Relative change of the optimal cost on a truth of twice the modes.
     hub_ratio : float
         Hub inertia (with the motor's rotor) over that of the beam about the axis.
@@ -106,9 +107,9 @@ class TruthSummary:
     functions: int
     tolerance: float
     frequencies_hz: tuple[float, ...]
-    optimal_cost: float
+    optimal_cost: float | None
     optimal_verified: bool
-    optimum_drift: float
+    optimum_drift: float | None
     hub_ratio: float
 
 
@@ -148,7 +149,7 @@ class CaseResult(Tabular):
     curves : tuple of LoopCurves
         The chosen order on each basis.
     shapes : tuple of ModeShapes
-        The truth, and the chosen order on each basis.
+        The truth, and the chosen order on each basis; none for a given law.
     ladders : tuple of Ladder
         The chosen order on each basis, as more and more modes of the truth are let in.
     """
@@ -166,8 +167,7 @@ class CaseResult(Tabular):
     def rows(self) -> list[dict[str, object]]:
         """Return one row for each design: every quantity by its name."""
         return [
-            {"case": self.case.name, "basis": e.basis, "n": e.n, "verified": e.verified}
-            | row(e.judgement)
+            {"case": self.case.name, **e.origin.cells, "verified": e.verified} | row(e.judgement)
             for e in self.evaluations
         ]
 
@@ -188,7 +188,7 @@ class CaseResult(Tabular):
         for basis in dict.fromkeys(e.basis for e in self.evaluations):
             own = [e for e in self.evaluations if e.basis == basis]
             losses = [np.nan if e.loss is None else e.loss for e in own]
-            ax.plot([e.n for e in own], losses, "o-", label=basis)
+            ax.plot([e.n for e in own], losses, "o-", label=basis or GIVEN)
         ax.set_yscale("log")
         ax.set_xlabel("functions n")
         ax.set_ylabel("lost of the optimal cost")
@@ -282,41 +282,35 @@ def _quiet(_: str) -> None:
 
 
 def _compare_one(case: Case, progress: Progress) -> CaseResult:
-    if not case.objective.weighted:
-        raise InputError(
-            f"{UNWEIGHTED}, and a comparison is one of costs",
-            where="controller.limits",
-            remedy="add limits and noise",
-        )
     judge = Judge(case)
     evaluations: list[Evaluation] = []
     refused: list[Refusal] = []
     curves: list[LoopCurves] = []
     ladders: list[Ladder] = []
-    stairs = steps(judge, case.n)
-    shapes = [_shapes("truth", judge.truth, min(case.n, SHAPES_SHOWN))]
-    for basis, n in case.candidates:
-        progress(f"{case.name}: {basis}, n = {n}")
+    stairs = steps(judge)
+    shapes = [] if case.is_given else [_shapes("truth", judge.truth, case.n)]
+    for origin in case.candidates:
+        progress(f"{case.name}: {origin}")
         try:
-            found = judge.evaluate(basis, n)
+            found = judge.evaluate(*origin)
             row(found.judgement)  # all of it is computed here, where it is waited for
         except SlewctlError as error:
-            if (basis, n) == judge.chosen:
+            if origin == case.origin:
                 raise
-            refused.append(Refusal(basis, n, str(error)))
+            refused.append(Refusal(*origin, str(error)))
             continue
         evaluations.append(found)
-        if n == case.n:
+        if origin.n == case.n:
             curves.append(_curve(found))
-            ladders.append(climb(stairs, judge, found.design, found.controller))
-            if found.design.model is not None:
-                shapes.append(_shapes(basis, found.design.model, min(case.n, SHAPES_SHOWN)))
-    chosen = next(e for e in evaluations if (e.basis, e.n) == (case.basis, case.n))
+            ladders.append(climb(stairs, judge, origin, found.controller))
+            if found.design is not None and found.design.model is not None:
+                shapes.append(_shapes(origin.basis, found.design.model, case.n))
+    chosen = next(e for e in evaluations if e.origin == case.origin)
     return CaseResult(
         case,
         _summary(judge, chosen),
         chosen,
-        tuple(follow(chosen.judgement, name) for name in FOLLOWED),
+        tuple(follow(chosen.judgement, name) for name in FOLLOWED if _told(case, name)),
         tuple(evaluations),
         tuple(refused),
         tuple(curves),
@@ -325,18 +319,24 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
     )
 
 
+def _told(case: Case, name: str) -> bool:
+    """Whether a quantity has a meaning: nothing costs without limits and noise."""
+    return case.objective.weighted or QUANTITIES[name].kind not in WEIGHTED
+
+
 def _summary(judge: Judge, chosen: Evaluation) -> TruthSummary:
     arm, model, judged = judge.case.arm, judge.truth, chosen.judgement
-    finer = judged.finer
-    drift = finer.optimum.h2_cost / judged.optimum.h2_cost - 1 if finer else math.nan
+    finer, weighted = judged.finer, judge.case.objective.weighted
+    optimum = judged.optimum if weighted else None
+    drift = finer.optimum.h2_cost / optimum.h2_cost - 1 if optimum and finer else math.nan
     return TruthSummary(
         modes=model.modes,
         functions=model.functions,
         tolerance=model.tolerance,
         frequencies_hz=tuple(float(f) for f in model.frequencies_hz),
-        optimal_cost=judged.optimum.h2_cost,
-        optimal_verified=judged.optimum.certificate.verified,
-        optimum_drift=drift,
+        optimal_cost=optimum.h2_cost if optimum else None,
+        optimal_verified=optimum is not None and optimum.certificate.verified,
+        optimum_drift=drift if optimum else None,
         hub_ratio=arm.hub_inertia / beam_inertia(arm),
     )
 
@@ -345,8 +345,7 @@ def _curve(evaluation: Evaluation) -> LoopCurves:
     loop = evaluation.judgement.loop
     drawn = curve(loop, _CURVE_POINTS, _CURVE_STEP)
     return LoopCurves(
-        evaluation.basis,
-        evaluation.n,
+        evaluation.origin,
         evaluation.stable,
         drawn.frequency_hz,
         drawn.gain_db,
@@ -355,7 +354,8 @@ def _curve(evaluation: Evaluation) -> LoopCurves:
     )
 
 
-def _shapes(source: str, model: Model, modes: int) -> ModeShapes:
+def _shapes(source: str, model: Model, n: int) -> ModeShapes:
+    modes = min(n, SHAPES_SHOWN)
     x = np.linspace(0.0, model.arm.beam.length, 51)
     displacements = (model.displacement(x) @ model.mode_shapes[:, 1 : modes + 1]).T
     return ModeShapes(source, x, displacements, model.frequencies_hz[:modes])

@@ -88,7 +88,10 @@ class DesignModel:
         made = METHODS[method](self.plant, **options)
         if self.reduced is None:
             return made
-        return replace(made, system=self.reduced.corrected(made.linear))
+        before = made.continuous
+        if before is not None:
+            before = replace(before, system=self.reduced.corrected(before.linear))
+        return replace(made, system=self.reduced.corrected(made.linear), continuous=before)
 
 
 def design_model(truth: Truth, objective: Objective, source: str, n: int) -> DesignModel:

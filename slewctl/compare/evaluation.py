@@ -10,10 +10,10 @@ import numpy as np
 from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.arm import Arm
-from slewctl.compare.case import Case
+from slewctl.compare.case import Case, Origin
 from slewctl.compare.design_basis import DesignModel, design_model
 from slewctl.compare.judgement import Judgement, Yardstick
-from slewctl.design import Controller
+from slewctl.design import Controller, fitted_law
 from slewctl.errors import SlewctlError
 from slewctl.model import Truth, truth
 
@@ -24,22 +24,28 @@ class Evaluation:
 
     Attributes
     ----------
-    design : DesignModel
+    design : DesignModel or None
+        None for a given law.
     judgement : Judgement
     """
 
-    design: DesignModel
+    design: DesignModel | None
     judgement: Judgement
 
     @property
+    def origin(self) -> Origin:
+        """What the controller was made on."""
+        return Origin(self.design.source, self.design.n) if self.design else Origin()
+
+    @property
     def basis(self) -> str:
-        """The basis, or the reduction."""
-        return self.design.source
+        """The basis, or the reduction; empty for a given law."""
+        return self.origin.basis
 
     @property
     def n(self) -> int:
-        """Flexible modes of the design model."""
-        return self.design.n
+        """Flexible modes of the design model; zero for a given law."""
+        return self.origin.n
 
     @property
     def controller(self) -> Controller:
@@ -58,19 +64,25 @@ class Evaluation:
 
     @property
     def loss(self) -> float | None:
-        """Cost over the optimum, less one; None for an unstable loop."""
-        return self.judgement.loss if self.stable else None
+        """Cost over the optimum, less one; None for an unstable loop, or without weights."""
+        weighted = self.judgement.loop.objective.weighted
+        return self.judgement.loss if self.stable and weighted else None
+
+    @property
+    def frequencies(self) -> Array:
+        """Of the design model's flexible modes in rad/s, shape (≤ n,)."""
+        return self.design.omega if self.design else np.zeros(0)
 
     @cached_property
     def frequency_errors(self) -> Array:
         """Of the design model relative to the truth, shape (≤ n,)."""
-        omega = self.design.omega
+        omega = self.frequencies
         return omega / self.judgement.yardstick.model.omega[: len(omega)] - 1
 
     @property
-    def worst_frequency_error(self) -> float:
-        """Largest relative error of the design model's frequencies."""
-        return float(np.abs(self.frequency_errors).max())
+    def worst_frequency_error(self) -> float | None:
+        """Largest relative error of the design model's frequencies; None without a model."""
+        return float(np.abs(self.frequency_errors).max()) if self.design else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,29 +106,35 @@ class Judge:
         """The converged model."""
         return self.yardstick.model
 
-    def design(self, basis: str, n: int) -> tuple[DesignModel, Controller]:
+    def design(self, basis: str, n: int) -> tuple[DesignModel | None, Controller]:
         """Return the design model and the controller made on it alone.
+
+        Of a given law there is no model, and what it takes is fitted to the objective.
 
         Raises
         ------
         DesignError
             If no controller can be designed for the case's objective.
         """
-        model = design_model(self.truth, self.case.objective, basis, n)
+        case = self.case
+        model = None if case.is_given else design_model(self.truth, case.objective, basis, n)
         try:
-            return model, model.controller(self.case.method, self.case.options)
+            if model is None:
+                signals = case.objective.sensors, case.objective.actuator
+                return None, fitted_law(case.options, *signals)
+            return model, model.controller(case.method, case.options)
         except SlewctlError as error:
             raise error.within("controller", ".") from error
 
     @cached_property
-    def own(self) -> tuple[DesignModel, Controller]:
+    def own(self) -> tuple[DesignModel | None, Controller]:
         """The case's own design model and controller."""
         return self.design(*self.chosen)
 
     @property
-    def chosen(self) -> tuple[str, int]:
+    def chosen(self) -> Origin:
         """Basis and order of the case's own design."""
-        return self.case.basis, self.case.n
+        return self.case.origin
 
     def judge(self, controller: Controller) -> Judgement:
         """Return what a controller achieves on the truth."""
@@ -182,4 +200,4 @@ def evaluate(case: Case) -> Evaluation:
     >>> evaluate(case).stable
     True
     """
-    return Judge(case).evaluate(case.basis, case.n)
+    return Judge(case).evaluate(*case.origin)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slewctl._show import Axes, Tabular
+from slewctl.compare.clock_loss import sampling_loss
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.judgement import Judgement
 from slewctl.compare.quantities import QUANTITIES, Reading
@@ -62,10 +63,13 @@ class Judged(Tabular, Judgement):
         if not self.stable:
             hertz = self.unstable_hz[0]
             lost = f"UNSTABLE at {hertz:.4g} Hz on {self.modes} modes: no margin, cost or slew"
-            return f"{self.caption}\n{lost}"
+            loss = sampling_loss(self)
+            return "\n".join([self.caption, lost, *([str(loss)] if loss else [])])
         modes = ", ".join(str(seen.modes) for seen in stability.seen)
         entries = [("stable", f"on {modes} modes" if stability.reading.value else str(stability))]
         entries += [(name, _text(self.followed(name))) for name in HEADLINES]
+        loss = sampling_loss(self)
+        entries += [("sampling", str(loss))] if loss else []
         entries.append(("design", _design(self.controller)))
         return "\n".join([self.caption, *(f"{name:<18}{text}" for name, text in entries)])
 

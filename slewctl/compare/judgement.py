@@ -130,6 +130,12 @@ class Judgement:
         sampled = self.controller.sample_time
         return self.yardstick.optimum(sampled, self.controller.delay if sampled else 0.0)
 
+    @cached_property
+    def continuous(self) -> Judgement | None:
+        """The continuous law that a sampled one was made of, on the same truth."""
+        law = self.controller.continuous
+        return None if law is None else self.yardstick.judge(law, self.slew)
+
     @property
     def cost(self) -> float:
         """Squared H2 norm."""

@@ -16,8 +16,7 @@ import numpy as np
 from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl._threads import single_threaded
 from slewctl.basis import Combined
-from slewctl.compare.case import Case
-from slewctl.compare.design_basis import DesignModel
+from slewctl.compare.case import Case, Origin
 from slewctl.compare.evaluation import Judge
 from slewctl.compare.judgement import Judgement, Yardstick
 from slewctl.compare.reading import read
@@ -76,18 +75,18 @@ class Ladder(Tabular):
     ----------
     name : str
         The case's.
-    basis, n, method : str, int, str
-        Of the design.
+    origin : Origin
+        What the controller was made on.
+    method : str
     controller : Controller
     rungs : tuple of Rung
-        For N = n, n + 1 … all modes of the truth.
+        For N = n, n + 1 … all modes of the truth; from the first mode on for a given law.
     truth_tolerance : float
         Largest estimated relative error of the truth's frequencies.
     """
 
     name: str
-    basis: str
-    n: int
+    origin: Origin
     method: str
     controller: Controller
     rungs: tuple[Rung, ...]
@@ -122,7 +121,7 @@ class Ladder(Tabular):
             values = [rung.value(name) for rung in self.rungs]
             ax.plot(modes, [math.nan if v is None else v for v in values], "o-", label=label)
         ax.set_xlabel("modes of the truth")
-        ax.set_title(f"{self.basis}, n = {self.n}")
+        ax.set_title(str(self.origin))
         ax.legend()
         return ax
 
@@ -147,17 +146,23 @@ class Ladder(Tabular):
     @property
     def verdict(self) -> str:
         """What became of the design, in one sentence."""
-        what = f"{self.method} on {self.basis}, n = {self.n}, "
+        what = f"{self.method} on {self.origin}, " if self.origin.basis else "the given law "
+        first, last = self.rungs[0].modes, self.rungs[-1].modes
         lost = self.first_unstable
         if lost is None:
             margins = [rung.judgement.margins.disk.value for rung in self.rungs]
             return what + (
-                f"is stable with N = {self.n} to {self.rungs[-1].modes} modes; its disk margin "
-                f"is {margins[0]:.3g} with N = {self.n} and {min(margins):.3g} at the least"
+                f"is stable with N = {first} to {last} modes; its disk margin "
+                f"is {margins[0]:.3g} with N = {first} and {min(margins):.3g} at the least"
             )
-        how = lost.destabilised or f"a pole at {lost.judgement.unstable_hz[0]:.4g} Hz"
         again = "; stable again with all modes" if self.stable_on_truth else ""
-        return what + f"is lost at N = {lost.modes}: {how}{again}"
+        return f"{what}is lost at N = {lost.modes}: {self._how(lost)}{again}"
+
+    def _how(self, lost: Rung) -> str:
+        """Return what grows; of a given law nobody knows what its designer neglected."""
+        if lost.destabilised is None:
+            return f"a pole at {lost.judgement.unstable_hz[0]:.4g} Hz"
+        return str(lost.destabilised) if self.origin.basis else lost.destabilised.place
 
     def __str__(self) -> str:
         return f"{self.name}: {self.verdict}"
@@ -182,7 +187,7 @@ def spillover_ladder(case: Case, basis: str | None = None, n: int | None = None)
     Raises
     ------
     InputError
-        For an unknown basis, or an n beyond the modes of the truth.
+        For an unknown basis, an n beyond the modes of the truth, or either for a given law.
     DesignError
         If no controller can be designed for the case's objective.
 
@@ -197,23 +202,34 @@ def spillover_ladder(case: Case, basis: str | None = None, n: int | None = None)
     >>> len(spillover_ladder(case).rungs)
     5
     """
-    case = replace(case, basis=case.basis if basis is None else basis, n=case.n if n is None else n)
-    judge = Judge(case)
+    judge = Judge(redesigned(case, basis, n))
     try:
-        return climb(steps(judge, case.n), judge, *judge.own)
+        return climb(steps(judge), judge, judge.case.origin, judge.own[1])
     except SlewctlError as error:
         raise error.within(case.source or case.name) from error
 
 
-def steps(judge: Judge, n: int) -> tuple[Yardstick, ...]:
+def redesigned(case: Case, basis: str | None, n: int | None) -> Case:
+    """Return a case whose design is made on another basis or order, where one is named."""
+    if case.is_given and not (basis is None and n is None):
+        raise InputError(
+            "a given law is made on no basis and no number of functions",
+            where="model.n" if basis is None else "model.basis",
+            remedy="leave it out",
+        )
+    own = case.origin
+    return replace(case, basis=own.basis if basis is None else basis, n=own.n if n is None else n)
+
+
+def steps(judge: Judge) -> tuple[Yardstick, ...]:
     """Return the truth's first n, n + 1 … all modes; the ladders of several designs share them."""
-    whole = judge.yardstick
-    shorter = (first_modes(whole.model, modes) for modes in range(n, whole.modes))
+    whole, lowest = judge.yardstick, max(judge.case.n, 1)
+    shorter = (first_modes(whole.model, modes) for modes in range(lowest, whole.modes))
     return (*(Yardstick(model, whole.objective) for model in shorter), whole)
 
 
 def climb(
-    steps: Sequence[Yardstick], judge: Judge, design: DesignModel, controller: Controller
+    steps: Sequence[Yardstick], judge: Judge, origin: Origin, controller: Controller
 ) -> Ladder:
     """Return what becomes of one controller of a case step by step.
 
@@ -224,20 +240,19 @@ def climb(
     """
     return Ladder(
         name=judge.case.name,
-        basis=design.source,
-        n=design.n,
+        origin=origin,
         method=judge.case.method,
         controller=controller,
-        rungs=tuple(_rung(step.judge(controller, judge.case.slew), design.n) for step in steps),
+        rungs=tuple(_rung(step.judge(controller, judge.case.slew), origin.n) for step in steps),
         truth_tolerance=judge.truth.tolerance,
     )
 
 
 def _rung(judgement: Judgement, kept: int) -> Rung:
-    optimum = judgement.optimum.certificate
-    if not optimum.verified:
+    if judgement.loop.objective.weighted and not judgement.optimum.certificate.verified:
         raise AccuracyError(
-            f"the optimum with {judgement.modes} modes is {optimum}", where="spillover_ladder"
+            f"the optimum with {judgement.modes} modes is {judgement.optimum.certificate}",
+            where="spillover_ladder",
         )
     if judgement.controller.sample_time:
         return Rung(judgement, None)

@@ -42,6 +42,11 @@ class Reading(NamedTuple):
         Why the value is infinite or missing.
     doubt : str
         Why the value may not be relied on; empty where it may.
+    at_least : float or None
+        Of a margin what is proved: it is nowhere smaller.  None where closed-loop poles alone
+        confirm it.
+    intervals : int
+        How many intervals of the frequency axis prove it; zero where none do.
     """
 
     value: float
@@ -49,6 +54,8 @@ class Reading(NamedTuple):
     mode: str = ""
     note: str = ""
     doubt: str = ""
+    at_least: float | None = None
+    intervals: int = 0
 
 
 Kind = Literal["stability", "margin", "sensitivity", "pole", "cost", "noise", "slew"]
@@ -126,7 +133,7 @@ def _smaller_gain(margins: Margins) -> Crossing:
 
 def _reciprocal(crossing: Crossing) -> Crossing:
     value = math.inf if crossing.value == 0 else 1 / crossing.value
-    return replace(crossing, value=value, note="")
+    return replace(crossing, value=value, note="", at_least=None)
 
 
 def _decibels(reading: Reading) -> Reading:
@@ -144,7 +151,16 @@ def _of_margins(choose: Callable[[Margins], Crossing]) -> Callable[[Judgement], 
         if not margins.confirmed:
             doubts = "; ".join(margins.doubts) or "closed-loop poles do not agree"
             doubt = f"the margin is not confirmed: {doubts}"
-        return Reading(crossing.value, crossing.frequency_hz, crossing.mode, crossing.note, doubt)
+        least = crossing.at_least
+        return Reading(
+            crossing.value,
+            crossing.frequency_hz,
+            crossing.mode,
+            crossing.note,
+            doubt,
+            least,
+            0 if least is None else margins.intervals,
+        )
 
     return read
 

@@ -14,7 +14,7 @@ from slewctl._threads import single_threaded
 from slewctl.compare.case import Case
 from slewctl.compare.design_basis import REDUCTIONS, SOURCES, check_reducible
 from slewctl.compare.evaluation import Evaluation, Judge
-from slewctl.errors import SlewctlError
+from slewctl.errors import InputError, SlewctlError
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,7 @@ def compare_reductions(case: Case, order: int) -> Reductions:
     Raises
     ------
     InputError
-        If the truth has not more modes than `order`.
+        If the truth has not more modes than `order`, or the case has a given law.
     DesignError
         If the case's objective admits no optimal controller on the truth.
 
@@ -142,6 +142,12 @@ def compare_reductions(case: Case, order: int) -> Reductions:
     >>> [row.name for row in compare_reductions(case, order=1).rows][:2]
     ['clamped-free', 'slewing']
     """
+    if case.is_given:
+        raise InputError(
+            "a given law is made on no model",
+            where="method",
+            remedy="compare reductions for a method that designs",
+        )
     judge = Judge(case)
     check_reducible(case.truth_modes, order, "order")
     rows = tuple(_row(judge, name, order) for name in SOURCES)

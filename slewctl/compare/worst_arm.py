@@ -10,7 +10,7 @@ not a proof that there is none worse.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from types import MappingProxyType
@@ -26,7 +26,7 @@ from slewctl.compare.arm_box import box_bounds
 from slewctl.compare.case import DEFAULT_SLEW, Case
 from slewctl.compare.evaluation import Judge
 from slewctl.compare.judgement import Judgement, Yardstick
-from slewctl.compare.quantities import QUANTITIES, Reading
+from slewctl.compare.quantities import QUANTITIES, UNWEIGHTED, WEIGHTED, Reading
 from slewctl.compare.reading import read
 from slewctl.compare.sobol import sobol_points
 from slewctl.design import Controller
@@ -177,6 +177,7 @@ def worst_case(
     searches: int = 2,
     evaluations: int | None = None,
     seed: int | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> WorstCase:
     """Return the worst arm found in a box around a design, the controller being fixed.
 
@@ -198,6 +199,8 @@ def worst_case(
         by default 60.
     seed : int
         Of the samples, by default 0: the same arguments give the same answer.
+    progress : callable, optional
+        Called with a short text before each arm.
 
     Returns
     -------
@@ -207,8 +210,8 @@ def worst_case(
     ------
     InputError
         For an unknown property or quantity, a range that is empty or impossible for the arm,
-        a property that is given in the box twice, as a value and as a factor, or a seed without
-        samples or evaluations without searches.
+        a property that is given in the box twice, as a value and as a factor, a seed without
+        samples or evaluations without searches, or a cost of what nothing weighs.
 
     Examples
     --------
@@ -232,8 +235,10 @@ def worst_case(
         if value is not None and not count:
             raise InputError("means nothing where none are made", where=name, remedy="leave it out")
     subject = _Subject.of(design)
+    if QUANTITIES[quantity].kind in WEIGHTED and not subject.objective.weighted:
+        raise InputError(UNWEIGHTED, where="quantity", remedy="ask for a margin, or add them")
     low, high = box_bounds(box, subject.arm)
-    search = _Search(subject, tuple(box), low, high, quantity)
+    search = _Search(subject, tuple(box), low, high, quantity, progress or _quiet)
     nominal = search.nominal()
     for corner in product((0.0, 1.0), repeat=len(low)):
         search.try_at(np.array(corner), "corner")
@@ -242,6 +247,16 @@ def worst_case(
             search.try_at(point, "sample")
     search.descend(counts[1], counts[2])
     return search.result(nominal)
+
+
+def most_arms(properties: int, samples: int, searches: int, evaluations: int | None) -> int:
+    """Return how many arms `worst_case` tries at the most, the nominal one included."""
+    searched = _SEARCHED if evaluations is None else evaluations
+    return 1 + 2**properties + samples + searches * searched
+
+
+def _quiet(_: str) -> None:
+    return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,6 +296,7 @@ class _Search:
     low: Array
     high: Array
     quantity: str
+    progress: Callable[[str], None]
     trials: list[VariedArm] = field(default_factory=list)
     points: list[Array] = field(default_factory=list)
     known: dict[tuple[float, ...], VariedArm] = field(default_factory=dict)
@@ -307,6 +323,7 @@ class _Search:
         return self.known[key]
 
     def _judged(self, arm: Arm, properties: dict[str, float], how: str) -> VariedArm:
+        self.progress(f"{how} {', '.join(f'{k} = {v:.4g}' for k, v in properties.items())}".strip())
         judged = self.subject.judge(arm)
         reading = read(judged, self.quantity)
         if not judged.stable:

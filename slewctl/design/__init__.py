@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from slewctl.design.lmi.payload import payload_lmi
     from slewctl.design.lmi.variance_bound import variance_bound
     from slewctl.design.methods import METHODS, options
-    from slewctl.design.own.given_controller import fitted, given
+    from slewctl.design.own.fitted import fitted, fitted_law
+    from slewctl.design.own.given_controller import given
     from slewctl.design.placement.assignment import PoleSensitivity, pole_sensitivity
     from slewctl.design.placement.pole_placement import place, place_observer, pole_placement
     from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished
@@ -41,6 +42,7 @@ __all__ = [
     "dlqr",
     "finished",
     "fitted",
+    "fitted_law",
     "given",
     "h2_estimator",
     "h2_hinf",

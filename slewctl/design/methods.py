@@ -13,10 +13,13 @@ from slewctl.design.lmi.h2_lmi import h2_lmi
 from slewctl.design.lmi.h2_region import h2_region
 from slewctl.design.lmi.payload import payload_lmi
 from slewctl.design.lmi.variance_bound import variance_bound
-from slewctl.design.own.given_controller import given, on_plant
+from slewctl.design.own.fitted import given_on_plant
 from slewctl.design.placement.pole_placement import pole_placement
 from slewctl.design.result import Controller
 from slewctl.design.riccati.lqg import lqg
+
+GIVEN = "given"
+"""The name of what is no method: a law that was made elsewhere, on nothing known here."""
 
 # Each takes a plant and, by keyword alone, options of its own: the keys of [controller].
 METHODS: dict[str, Callable[..., Controller]] = {
@@ -30,7 +33,7 @@ METHODS: dict[str, Callable[..., Controller]] = {
     "pd-notch": pd_notch,
     "positive-position": positive_position,
     "lead": lead,
-    "given": on_plant(given),
+    GIVEN: given_on_plant,
 }
 
 

@@ -165,6 +165,8 @@ class Controller(WithSystem):
     state_scale : ndarray, shape (states,)
         Powers of two: a state of `system` times its scale is what its label names.  Every
         designed controller leaves in balanced coordinates.
+    continuous : Controller or None
+        The continuous law that a sampled one was made of by discretisation.
     """
 
     system: control.StateSpace
@@ -179,6 +181,7 @@ class Controller(WithSystem):
     delay: float = 0.0
     reference: Reference | None = None
     state_scale: Array = field(default_factory=lambda: np.ones(0))
+    continuous: Controller | None = None
 
     def __repr__(self) -> str:
         states = f"{self.linear.nstates} states"

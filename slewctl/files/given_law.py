@@ -10,14 +10,16 @@ from typing import Any
 from slewctl.arm import Arm
 from slewctl.check import REQUIREMENTS
 from slewctl.compare.quantities import UNWEIGHTED, WEIGHTED
-from slewctl.design import Controller, fitted, given
+from slewctl.design import Controller, fitted
+from slewctl.design.methods import GIVEN
+from slewctl.design.own.given_controller import read_options
+from slewctl.design.reference import REFERENCE
 from slewctl.errors import InputError
 from slewctl.files.faults import Faults, missing
 from slewctl.plant import VOLTAGE, Objective, signals_alone
-from slewctl.plant.signals import check_signals
+from slewctl.plant.signals import TORQUE, check_signals
 from slewctl.textfile import read_bytes
 
-GIVEN = "given"
 # Tables and keys that say what a controller is designed on and for.
 _OF_A_DESIGN = (("model", None), ("controller", "limits"), ("controller", "noise"))
 
@@ -54,32 +56,59 @@ def missing_of(method: object, content: Mapping[str, Any], faults: Faults) -> No
 
 
 def read_given(
-    options: Mapping[str, Any], objective: Objective | None, arm: Arm | None
+    options: Mapping[str, Any], objective: Objective | None, arm: Arm | None, *, weighted: bool
 ) -> Objective:
     """Return what a given law is judged by: the file's objective, or its signals alone.
+
+    Parameters
+    ----------
+    options : mapping of str to object
+    objective, arm : Objective or None, Arm or None
+        None where there is none, or it is wrong.
+    weighted : bool
+        Whether the file has an objective, right or wrong.
 
     Raises
     ------
     InputError
-        As `slewctl.given`, and for signals that the arm or the objective has not.
+        For all that `slewctl.given` refuses, and each signal that the arm or the objective has
+        not.
     """
+    faults = Faults()
     try:
-        if "file" in options and not isinstance(options["file"], str):
+        if not isinstance(options.get("file", ""), str):
             raise InputError("it is no path", where="file", remedy='give one, as in "gains.json"')
-        return _judged_by(given(**options), objective, arm)
+        sure = weighted or arm is None or arm.motor is None
+        default = objective.actuator if objective else TORQUE if sure else None
+        law = faults.attempt(read_options, options, default)
+        # What the file of a law that cannot be read holds is not known; what is beside it is.
+        for name in _names(law.sensors if law else options.get("inputs")):
+            faults.attempt(check_signals, [name], "inputs", arm.beam if arm else None)
+        commanded = law.linear.output_labels[0] if law else options.get("output")
+        if arm is not None:
+            faults.attempt(_check_output, commanded, arm)
+        return _judged_by(faults.settled(law), objective)
     except InputError as error:
         raise error.within("controller", ".") from error
 
 
-def _judged_by(controller: Controller, objective: Objective | None, arm: Arm | None) -> Objective:
-    check_signals(controller.sensors, "inputs", arm.beam if arm else None)
-    actuator = controller.linear.output_labels[0]
-    if actuator == VOLTAGE and arm is not None and arm.motor is None:
+def _names(given: object) -> Iterable[str]:
+    if isinstance(given, str):
+        return [given]
+    names = given if isinstance(given, Iterable) else ()
+    return [name for name in names if isinstance(name, str) and name != REFERENCE]
+
+
+def _check_output(commanded: object, arm: Arm) -> None:
+    if commanded == VOLTAGE and arm.motor is None:
         raise InputError(
             "the arm has no motor", where="output", remedy="add [arm.motor], or command the torque"
         )
+
+
+def _judged_by(controller: Controller, objective: Objective | None) -> Objective:
     if objective is None:
-        return signals_alone(controller.sensors, actuator)
+        return signals_alone(controller.sensors, controller.linear.output_labels[0])
     fitted(controller, objective.sensors, objective.actuator)
     return objective
 

@@ -12,13 +12,13 @@ from typing import Any
 
 from slewctl.arm import Arm, catalogue, vary
 from slewctl.check import REQUIREMENTS, check_limits
-from slewctl.compare import Case
+from slewctl.compare import QUANTITIES, Case
+from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import arm_of_table
 from slewctl.files.faults import Faults, missing
 from slewctl.files.find import find_designs, name_designs, refuse_study
 from slewctl.files.given_law import (
-    GIVEN,
     beside,
     digest_beside,
     missing_of,
@@ -28,6 +28,7 @@ from slewctl.files.given_law import (
 from slewctl.files.refusals import validate_each
 from slewctl.files.schema import DESIGN_SCHEMA, MOST_SIGNALS, ArmTable, ControllerTable, DesignTable
 from slewctl.files.source import Source, read_source
+from slewctl.files.uncertainty import Uncertainty, read_uncertainty, refuse_unweighed
 from slewctl.files.variations import Variation, read_variations
 from slewctl.loop import Slew
 from slewctl.plant import Objective
@@ -56,6 +57,8 @@ class DesignFile:
         The file's text, and the lines of its keys.
     beside : str
         A digest of the file that holds a given controller; empty where there is none.
+    uncertainty : Uncertainty or None
+        The box in which the worst arm is sought.
     """
 
     path: Path
@@ -64,6 +67,7 @@ class DesignFile:
     variations: tuple[Variation, ...]
     source: Source
     beside: str = ""
+    uncertainty: Uncertainty | None = None
 
     @property
     def text(self) -> str:
@@ -148,15 +152,23 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     common = {} if faults else requirements
     variations = faults.attempt(read_variations, tried, arm or _stand_in(), common) or ()
     asked = [requirements, *(variation.requirements for variation in variations)]
-    needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in asked)
+    uncertainty = None
+    if tables.get("uncertainty"):
+        uncertainty = faults.attempt(
+            read_uncertainty, tables["uncertainty"], arm or _stand_in(), tried
+        )
+    sought = () if uncertainty is None else (QUANTITIES[uncertainty.quantity].requirement,)
+    needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
     if needs_slew and "slew" not in source.content:
         faults.add([missing("slew")])
     faults.tell()
     if not keys["objective"].weighted:
         refuse_unweighted(name for limits in asked for name in limits)
+    if uncertainty is not None:
+        refuse_unweighed(uncertainty, keys["objective"])
     case = Case(name=name, title=tables["title"], source=str(source.path), **keys)
     beside = digest_beside(source.path, case.options) if method == GIVEN else ""
-    return DesignFile(source.path, case, requirements, variations, source, beside)
+    return DesignFile(source.path, case, requirements, variations, source, beside, uncertainty)
 
 
 def _arm(content: Mapping[str, Any], tables: Mapping[str, Any], faults: Faults) -> Arm | None:
@@ -200,9 +212,11 @@ def _parts_of_case(
     controller = tables.get("controller", {})
     is_given = controller.get("method") == GIVEN
     weighted = not is_given or any(key in content["controller"] for key in _OF_CONTROL)
+    stated = None
     if controller and weighted:
         limits, noise = (_named(content["controller"], controller, key) for key in _OF_CONTROL)
-        keys["objective"] = faults.attempt(_objective, limits, noise, arm) or keys["objective"]
+        stated = faults.attempt(_objective, limits, noise, arm)
+        keys["objective"] = stated or keys["objective"]
     if "method" in controller:
         method = controller["method"]
         options = {key: controller[key] for key in controller if key not in _OBJECTIVE}
@@ -212,18 +226,17 @@ def _parts_of_case(
     model, compare = tables.get("model", {}), tables.get("compare", {})
     groups += [{"basis": model["basis"]}] if "basis" in model else []
     groups += [{"bases": tuple(compare["bases"])}] if "bases" in compare else []
-    if "n" in model and "orders" in compare and "modes" in tables["truth"]:
+    if is_given and "modes" in tables["truth"]:
+        groups.append({"truth_modes": tables["truth"]["modes"], "orders": ()})
+    elif "n" in model and "orders" in compare and "modes" in tables["truth"]:
         orders, modes = tuple(compare["orders"]), tables["truth"]["modes"]
         groups.append({"n": model["n"], "orders": orders, "truth_modes": modes})
     alone = {"name": "", **keys}
     for group in groups:
         faults.attempt(Case, **alone, **group)
         keys |= group
-    if is_given and not faults:
-        stated = keys["objective"] if weighted else None
-        keys["objective"] = faults.attempt(read_given, keys["options"], stated, arm)
-        # A law that was made elsewhere has no design on other bases beside it.
-        keys = {"bases": (), "orders": (), **keys}
+    if is_given:
+        keys["objective"] = faults.attempt(read_given, options, stated, arm, weighted=weighted)
     if "slew" in tables:
         keys["slew"] = faults.attempt(_slew, tables["slew"])
     return keys

@@ -249,6 +249,34 @@ class CompareTable(Table):
     ] = list(Case.orders)
 
 
+class UncertaintyTable(Table):
+    """``[uncertainty]``: the box in which `slewctl worst` and the gate look for the worst arm."""
+
+    box: Annotated[
+        dict[str, list[Finite]],
+        _told(
+            "table",
+            "lowest and highest value of each uncertain property: keys of `slewctl.vary`",
+            {"payload_mass": [0.0, 0.2], "stiffness_factor": [0.9, 1.1]},
+        ),
+    ]
+    quantity: Annotated[
+        str, _told("text", "what is to be good on the worst arm, see Requirements", "disk_margin")
+    ] = "disk_margin"
+    samples: Annotated[
+        Annotated[int, Field(ge=0)], _told("1", "arms inside of the box, beside its corners", 32)
+    ] = 32
+    searches: Annotated[
+        Annotated[int, Field(ge=0)], _told("1", "searches from the worst arms so far", 2)
+    ] = 2
+    evaluations: Annotated[
+        Count | None, _told("1", "most arms of each search; 60 by default", 60)
+    ] = None
+    seed: Annotated[
+        Annotated[int, Field(ge=0)] | None, _told("1", "of the samples; 0 by default", 0)
+    ] = None
+
+
 class DesignTable(Table):
     """A whole design file."""
 
@@ -296,6 +324,14 @@ class DesignTable(Table):
             {"heavy": {"payload_mass": 0.2}},
         ),
     ] = {}
+    uncertainty: Annotated[
+        UncertaintyTable | None,
+        _told(
+            "table",
+            "a box of the arm's properties; the requirements hold on its worst arm too",
+            {"box": {"payload_mass": [0.0, 0.2]}},
+        ),
+    ] = None
 
 
 class GridTable(Table):

@@ -58,8 +58,9 @@ class Source:
     def line(self, where: str) -> int | None:
         """Return the line of a dotted key, or of the innermost table that leads to it.
 
-        A key may hold dots itself, such as ``controller.limits.deflection@0.5``.  None where
-        the file holds nothing of it.
+        A key may hold dots itself, such as ``controller.limits.deflection@0.5``, and name
+        another file, as in ``controller.file: gains.json: num``.  None where the file holds
+        nothing of it.
         """
         place = self._way((), where) or self._way(("arm",), where)
         return self.lines[place] if place else None
@@ -84,7 +85,7 @@ class Source:
         """Return the longest way from a table along the dotted key; None if there is none."""
         for length in self._lengths.get(start, ()):
             place = self._children[start].get(where[:length])
-            if place and where[length : length + 1] in ("", "."):
+            if place and where[length : length + 1] in ("", ".", ":"):
                 rest = where[length + 1 :]
                 return (self._way(place, rest) if rest else None) or place
         return None

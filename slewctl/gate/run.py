@@ -9,9 +9,10 @@ from typing import Any
 
 from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
 from slewctl.check.baseline import Baseline
-from slewctl.compare import QUANTITIES, Judge, Judgement, Reading
+from slewctl.compare import QUANTITIES, Judge, Judgement, Reading, worst_case
 from slewctl.errors import SlewctlError, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
+from slewctl.files.uncertainty import WORST
 from slewctl.gate.fingerprint import digest, fingerprint
 
 
@@ -21,6 +22,7 @@ def check_designs(
     baseline: Baseline | None = None,
     *,
     changed_only: bool = False,
+    working: Callable[[str], None] | None = None,
 ) -> tuple[DesignResult, ...]:
     """Return the result of every design in files and folders.
 
@@ -35,6 +37,8 @@ def check_designs(
     changed_only : bool
         Whether designs that the baseline accepted, and that have not changed since, are left
         as they are.
+    working : callable, optional
+        Called with a short text while a design is judged on many arms.
 
     Returns
     -------
@@ -58,7 +62,7 @@ def check_designs(
     for path, name in name_designs(find_designs(paths)).items():
         if progress is not None:
             progress(str(path))
-        results.append(check_file(path, name, baseline, changed_only=changed_only))
+        results.append(check_file(path, name, baseline, changed_only=changed_only, working=working))
     return tuple(results)
 
 
@@ -68,6 +72,7 @@ def check_file(
     baseline: Baseline | None = None,
     *,
     changed_only: bool = False,
+    working: Callable[[str], None] | None = None,
 ) -> DesignResult:
     """Return the result of one design file; a broken one says why.
 
@@ -76,7 +81,7 @@ def check_file(
     path : Path
     name : str
         By default the file's stem.
-    baseline, changed_only
+    baseline, changed_only, working
         As for `check_designs`.
 
     Returns
@@ -97,12 +102,12 @@ def check_file(
     except SlewctlError as error:
         return DesignResult(name, path, **_refused(error, path))
     if baseline is None:
-        return examine(design)
+        return examine(design, working=working)
     skipped = skip_unchanged(design, baseline) if changed_only else None
     if skipped is not None:
         return skipped
     accepted = baseline.accepted(path, digest(design.text))
-    return examine(design, accepted.arms if accepted else {})
+    return examine(design, accepted.arms if accepted else {}, working=working)
 
 
 def skip_unchanged(design: DesignFile, baseline: Baseline) -> DesignResult | None:
@@ -139,9 +144,12 @@ def skip_unchanged(design: DesignFile, baseline: Baseline) -> DesignResult | Non
 
 
 def examine(
-    design: DesignFile, known: Mapping[str, Mapping[str, float]] | None = None
+    design: DesignFile,
+    known: Mapping[str, Mapping[str, float]] | None = None,
+    *,
+    working: Callable[[str], None] | None = None,
 ) -> DesignResult:
-    """Return the verdicts on a design, for its own arm and for each variation.
+    """Return the verdicts on a design: its own arm, each variation, and the worst of its box.
 
     The controller is designed once, for the arm as the file describes it.
 
@@ -150,6 +158,8 @@ def examine(
     design : DesignFile
     known : mapping of str to mapping, optional
         By arm, quantities that are measured though nothing requires them.
+    working : callable, optional
+        As for `check_designs`.
 
     Returns
     -------
@@ -168,9 +178,10 @@ def examine(
     findings: list[Finding] = []
     recorded: dict[str, Mapping[str, Reading]] = {}
     refused: dict[str, Any] = {}
+    notes: list[str] = []
     try:
         with design.source.computing():
-            for arm, judgement, limits in _judgements(design, judging):
+            for arm, judgement, limits in _judgements(design, judging, notes, working):
                 findings += [
                     Finding(verdict, arm, _line(design, arm, verdict.requirement))
                     for verdict in judge(judgement, limits)
@@ -184,6 +195,7 @@ def examine(
         design.path,
         tuple(findings),
         recorded,
+        tuple(notes),
         fingerprint=fingerprint(design.text),
         digest=digest(design.text),
         **refused,
@@ -192,12 +204,20 @@ def examine(
 
 
 def _judgements(
-    design: DesignFile, judging: Judge
+    design: DesignFile,
+    judging: Judge,
+    notes: list[str],
+    working: Callable[[str], None] | None,
 ) -> Iterable[tuple[str, Judgement, Mapping[str, float | bool]]]:
     """Yield each arm's name, what the controller achieves on it, and what is required there."""
     yield NOMINAL, judging.evaluate(*judging.chosen).judgement, design.requirements
     for variation in design.variations:
         yield variation.name, judging.vary(variation.arm), variation.requirements
+    if design.uncertainty is not None:
+        asked = design.uncertainty
+        found = worst_case(design.case, asked.box, **asked.asked, progress=working)
+        notes.append(str(found))
+        yield WORST, judging.vary(found.arm), design.requirements
 
 
 def _line(design: DesignFile, arm: str, requirement: str) -> int | None:
@@ -207,6 +227,8 @@ def _line(design: DesignFile, arm: str, requirement: str) -> int | None:
     as stability, stands at the head of the table.
     """
     lines = design.source.lines
+    if arm == WORST:
+        return lines.get(("requirements", requirement)) or lines.get(("uncertainty",))
     table: tuple[str, ...] = ("requirements",)
     head = table
     if arm != NOMINAL:

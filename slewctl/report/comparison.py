@@ -15,8 +15,9 @@ from slewctl.compare import (
     Quantity,
     Reading,
     read,
+    sampling_loss,
 )
-from slewctl.compare.quantities import Kind
+from slewctl.compare.quantities import WEIGHTED, Kind
 from slewctl.report.comparison_figures import (
     bode_figure,
     ladder_figure,
@@ -93,7 +94,7 @@ def _record(result: CaseResult) -> dict[str, Any]:
     return {
         "case": result.case,
         "truth": result.truth,
-        "chosen": {"basis": result.chosen.basis, "n": result.chosen.n},
+        "chosen": result.chosen.origin.cells,
         "followed": [
             {
                 "quantity": followed.quantity.name,
@@ -109,21 +110,40 @@ def _record(result: CaseResult) -> dict[str, Any]:
 
 def _evaluation(e: Evaluation) -> dict[str, Any]:
     return {
-        "basis": e.basis,
-        "n": e.n,
-        "frequencies_hz": e.design.omega / (2 * math.pi),
+        **e.origin.cells,
+        "frequencies_hz": e.frequencies / (2 * math.pi),
         "frequency_errors": e.frequency_errors,
         "verified": e.verified,
         "certificate": str(e.controller.certificate),
         "expected_cost": e.controller.h2_cost,
         "stable": e.stable,
         "unstable_hz": e.judgement.unstable_hz,
+        **_before_sampling(e),
         "quantities": {
             name: {"value": _known(reading)}
             | {key: said for key, said in reading._asdict().items() if said and key != "value"}
             for name, reading in _readings(e).items()
         },
     }
+
+
+def _proof(chosen: Evaluation) -> str:
+    """Return what proves the margins of a stable loop, and what is proved of those in doubt."""
+    if not chosen.stable:
+        return ""
+    margins = chosen.judgement.margins
+    if not margins.intervals:
+        return "are confirmed by the poles of closed loops alone, not on intervals of the axis"
+    exact = "to one part in a million" if margins.confirmed else "but " + "; ".join(margins.doubts)
+    return f"are proved on {margins.intervals} intervals of the frequency axis, {exact}"
+
+
+def _before_sampling(e: Evaluation) -> dict[str, Any]:
+    """Return the margins of the continuous law that a sampled one was made of."""
+    loss = sampling_loss(e.judgement)
+    if loss is None:
+        return {}
+    return {"continuous": {name: _known(reading) for name, reading in loss.continuous.items()}}
 
 
 def _readings(e: Evaluation) -> dict[str, Reading]:
@@ -144,6 +164,9 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "truth": result.truth,
         "chosen": result.chosen,
         "clock": _clock(result.chosen),
+        "unbounded": _unbounded(result.chosen),
+        "proof": _proof(result.chosen),
+        "sampling": sampling_loss(result.chosen.judgement),
         "rows": [(e, _readings(e)) for e in result.evaluations],
         "groups": _groups(result),
         "bases": [(basis, _row(result, basis)) for basis in _bases(result)],
@@ -152,7 +175,7 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "saturating": [e for e in result.evaluations if e.stable and e.judgement.saturation],
         "inputs": _inputs(result),
         "figures": [
-            (shapes_figure(result, f"s{place}"), SHAPES),
+            *([(shapes_figure(result, f"s{place}"), SHAPES)] if result.shapes else []),
             (ladder_figure(result, f"l{place}"), LADDER),
             (poles_figure(result, f"p{place}"), POLES),
             (bode_figure(result, f"b{place}"), BODE),
@@ -172,11 +195,16 @@ _TABLES_OF_KINDS: dict[str, tuple[Kind, ...]] = {
 
 
 def _groups(result: CaseResult) -> list[tuple[str, list[Quantity]]]:
-    """Return the tables' headings with their quantities; volts only where there is a motor."""
+    """Return the tables' headings with their quantities; volts only where there is a motor.
+
+    Without limits and noise there is no cost, and no level under noise.
+    """
     motor = result.case.arm.motor is not None
+    weighted = result.case.objective.weighted
     return [
         (title, [q for q in QUANTITIES.values() if q.kind in kinds and (motor or q.unit != "V")])
         for title, kinds in _TABLES_OF_KINDS.items()
+        if weighted or not set(kinds) & set(WEIGHTED)
     ]
 
 
@@ -189,14 +217,20 @@ def _clock(chosen: Evaluation) -> str:
     return f"with a clock of {1000 * controller.sample_time:g} ms{delay}"
 
 
+def _unbounded(chosen: Evaluation) -> str:
+    """Return why the cost of a stable loop is infinite; empty where it is not."""
+    loss = read(chosen.judgement, "h2_loss")
+    return loss.note if math.isinf(loss.value) else ""
+
+
 SHAPES = (
     "Arc displacement of the design model's modes (lines) over those of the truth (grey). "
     "Where a line leaves the grey band the design sees a mode that the arm does not have."
 )
 LADDER = (
     "The spillover ladder: each controller meets the first N modes of the truth, for every N from "
-    "those that it was designed on. A cross on the axis is an unstable loop; where the lines are "
-    "level, more modes change nothing."
+    "those that it was designed on (a given law: from one). A cross on the axis is an unstable "
+    "loop; where the lines are level, more modes change nothing."
 )
 POLES = (
     "Closed-loop poles on the truth. Every pole must decay: the shaded ground and the stars "
@@ -245,8 +279,7 @@ def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case, e in _each(comparison):
         found: dict[str, Any] = {
             "case": case.case.name,
-            "basis": e.basis,
-            "n": e.n,
+            **e.origin.cells,
             "chosen": e is case.chosen,
             "verified": e.verified,
             "unstable_hz": None if e.stable else e.judgement.unstable_hz[0],
@@ -272,7 +305,7 @@ def _pole_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case, e in _each(comparison):
         for pole in e.judgement.poles:
             yield {
-                "case": case.case.name, "basis": e.basis, "n": e.n,
+                "case": case.case.name, **e.origin.cells,
                 "real": pole.real, "imag": pole.imag,
             }  # fmt: skip
 
@@ -283,7 +316,7 @@ def _loop_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
             columns = (curve.frequency_hz, curve.gain_db, curve.phase_deg)
             for f, gain, phase in zip(*(to_plain(c) for c in columns), strict=True):
                 yield {
-                    "case": case.case.name, "basis": curve.basis, "n": curve.n,
+                    "case": case.case.name, **curve.origin.cells,
                     "frequency_hz": f, "gain_db": gain, "phase_deg": phase,
                 }  # fmt: skip
 
@@ -292,7 +325,7 @@ def _ladder_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case in comparison.cases:
         for ladder in case.ladders:
             for row in ladder.rows():
-                yield {"case": case.case.name, "basis": ladder.basis, "n": ladder.n, **row}
+                yield {"case": case.case.name, **ladder.origin.cells, **row}
 
 
 def _slew_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
@@ -300,7 +333,7 @@ def _slew_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     for case in comparison.cases:
         for curves in case.curves:
             columns = [to_plain(getattr(curves.slew, name)) for name in names if curves.slew]
-            row = {"case": case.case.name, "basis": curves.basis, "n": curves.n}
+            row = {"case": case.case.name, **curves.origin.cells}
             for values in zip(*columns, strict=True):
                 yield row | dict(zip(names, values, strict=True))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from slewctl.compare import CaseResult, Evaluation, LoopCurves, Rung
@@ -36,33 +37,44 @@ def shapes_figure(result: CaseResult, name: str) -> str:
 
 def ladder_figure(result: CaseResult, name: str) -> str:
     """Return disk margin and loss of each basis over the number of modes let in."""
-    fig, (left, right) = figure(1, 2, (7.2, 2.7))
-    highest, most = 0.0, _LEAST_LOSS
+    weighted = result.case.objective.weighted
+    fig, axes = figure(1, 1 + weighted, (7.2, 2.7))
+    left = axes[0]
+    highest = 0.0
     for i, ladder in enumerate(result.ladders):
-        looks = style(ladder.basis, i)
+        looks = style(ladder.origin.basis, i)
         modes = [rung.modes for rung in ladder.rungs]
         lost = [rung.modes for rung in ladder.rungs if not rung.stable]
         margins = [_value(rung, "disk_margin") for rung in ladder.rungs]
-        losses = [max(_value(rung, "h2_loss"), _LEAST_LOSS) for rung in ladder.rungs]
-        left.plot(
-            modes, margins, marker=".", lw=1.3, label=f"{ladder.basis}, n = {ladder.n}", **looks
-        )
+        left.plot(modes, margins, marker=".", lw=1.3, label=str(ladder.origin), **looks)
         left.plot(lost, np.zeros(len(lost)), "x", color=looks["color"], clip_on=False)
-        right.plot(modes, losses, marker=".", lw=1.3, **looks)
-        highest, most = np.nanmax([*margins, highest]), np.nanmax([*losses, most])
+        highest = np.nanmax([*margins, highest])
     left.set_ylim(0, 1.1 * highest or 1.0)
     left.set_ylabel("disk margin α")
-    decades = 10.0 ** np.arange(-4, np.ceil(np.log10(most)) + 1)
-    right.set_yscale("log")
-    right.set_ylim(decades[0] / 2, 2 * max(decades[-1], 1e-3))
-    right.set_yticks(decades, [f"{100 * d:g} %" for d in decades])
-    right.minorticks_off()
-    right.set_ylabel("lost of the optimal cost")
-    for ax in (left, right):
+    if weighted:
+        _losses(axes[1], result)
+    for ax in axes:
         ax.set_xlabel("modes of the truth N")
         ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     legend(left)
-    return svg(fig, name, f"Disk margin and loss of {result.case.name} over the modes let in")
+    what = "Disk margin and loss" if weighted else "Disk margin"
+    return svg(fig, name, f"{what} of {result.case.name} over the modes let in")
+
+
+def _losses(ax: Axes, result: CaseResult) -> None:
+    """Draw the loss of each ladder; infinite ones are gaps."""
+    most = _LEAST_LOSS
+    for i, ladder in enumerate(result.ladders):
+        losses = [max(_value(rung, "h2_loss"), _LEAST_LOSS) for rung in ladder.rungs]
+        losses = [loss if np.isfinite(loss) else np.nan for loss in losses]
+        looks = style(ladder.origin.basis, i)
+        ax.plot([rung.modes for rung in ladder.rungs], losses, marker=".", lw=1.3, **looks)
+        most = np.nanmax([*losses, most])
+    decades = 10.0 ** np.arange(-4, np.ceil(np.log10(most)) + 1)
+    ax.set_yscale("log")
+    ax.set_ylim(decades[0] / 2, 2 * max(decades[-1], 1e-3))
+    ax.set_yticks(decades, [f"{100 * d:g} %" for d in decades])
+    ax.set_ylabel("lost of the optimal cost")
 
 
 def _value(rung: Rung, name: str) -> float:
@@ -107,7 +119,7 @@ def bode_figure(result: CaseResult, name: str) -> str:
     """Return gain and phase of the return ratio on the truth."""
     fig, (gain, phase) = figure(2, 1, (7.2, 4.6), sharex=True)
     for i, curve in enumerate(result.curves):
-        looks = style(curve.basis, i)
+        looks = style(curve.origin.basis, i)
         gain.plot(curve.frequency_hz, curve.gain_db, label=_label(curve), lw=1.1, **looks)
         phase.plot(curve.frequency_hz, curve.phase_deg, lw=1.1, **looks)
     gain.axhline(0, color=INK, lw=0.9)
@@ -129,7 +141,7 @@ def nichols_figure(result: CaseResult, name: str) -> str:
     fig, axes = figure(size=(7.2, 3.8))
     ax = axes[0]
     for i, curve in enumerate(result.curves):
-        ax.plot(*curve.nichols, lw=1.1, label=_label(curve), **style(curve.basis, i))
+        ax.plot(*curve.nichols, lw=1.1, label=_label(curve), **style(curve.origin.basis, i))
     ax.plot([-180], [0], "+", color=ALARM, markersize=14, markeredgewidth=2)
     ax.set_xlim(-360, 0)
     ax.set_xticks(range(-360, 1, 45))
@@ -151,7 +163,7 @@ def slew_figure(result: CaseResult, name: str) -> str:
         if not drawn:
             tip.plot(slew.t, slew.tip_reference, lw=5, alpha=0.4, **style("truth"), label="wanted")
             drawn = True
-        looks = style(curves.basis, i)
+        looks = style(curves.origin.basis, i)
         tip.plot(slew.t, slew.tip, label=_label(curves), **looks)
         error.plot(slew.t, 1e3 * (slew.tip - slew.tip_reference), **looks)
         torque.plot(slew.t, slew.torque, **looks)
@@ -170,4 +182,4 @@ def _same_order(result: CaseResult) -> list[Evaluation]:
 
 def _label(design: Evaluation | LoopCurves) -> str:
     state = "" if design.stable else " (unstable)"
-    return f"{design.basis}, n = {design.n}{state}"
+    return f"{design.origin}{state}"

@@ -24,6 +24,7 @@ COLOURS = {
     "arm-matched": "#009E73",
     "polynomial": "#E69F00",
     "truth": "#7f7f7f",
+    "": "#0072B2",  # a given law, which is on no basis
 }
 SPARE_COLOURS = ("#CC79A7", "#E69F00", "#56B4E9", "#009E73")
 STYLES = {
@@ -33,6 +34,7 @@ STYLES = {
     "arm-matched": (0, (2, 1)),
     "polynomial": "-.",
     "truth": "-",
+    "": "-",
 }
 ALARM = "#CC3311"
 

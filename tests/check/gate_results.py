@@ -21,6 +21,8 @@ def gain(value: float, limit: float = 6.0) -> Verdict:
         "",
         "mode 1 (3.3 Hz)",
         ((20, value), (40, value)),
+        value - 1e-3,
+        321,
     )
 
 

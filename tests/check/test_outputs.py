@@ -88,21 +88,35 @@ def test_record_holds_every_verdict_in_order() -> None:
             "requirements": [
                 {"requirement": "stable", "passed": True, "value": 1.0, "limit": 1.0,
                  "sense": "at least", "unit": "", "frequency_hz": None, "mode": "", "line": 3,
-                 "note": "", "seen": [{"modes": 20, "value": 1.0}, {"modes": 40, "value": 1.0}]},
+                 "note": "", "seen": [{"modes": 20, "value": 1.0}, {"modes": 40, "value": 1.0}],
+                 "at_least": None, "intervals": 0},
                 {"requirement": "gain_margin_db", "passed": True, "value": 9.0, "limit": 6.0,
                  "sense": "at least", "unit": "dB", "frequency_hz": 3.25, "mode": "mode 1 (3.3 Hz)",
                  "line": 4, "note": "",
-                 "seen": [{"modes": 20, "value": 9.0}, {"modes": 40, "value": 9.0}]},
+                 "seen": [{"modes": 20, "value": 9.0}, {"modes": 40, "value": 9.0}],
+                 "at_least": 8.999, "intervals": 321},
             ],
             "baseline": [],
-            "measured": {"gain_margin_db": {"value": 9.0, "frequency_hz": 3.25},
-                         "disk_margin": {"value": "inf", "frequency_hz": None}},
+            "measured": {"gain_margin_db": {"value": 9.0, "frequency_hz": 3.25,
+                                            "at_least": None, "intervals": 0},
+                         "disk_margin": {"value": "inf", "frequency_hz": None,
+                                         "at_least": None, "intervals": 0}},
         }
     ]  # fmt: skip
     assert [arm["arm"] for arm in bad["arms"]] == ["nominal", "heavy"]
     assert bad["arms"][1]["requirements"][2]["value"] is None
     assert (broken["status"], broken["line"], broken["arms"]) == ("broken", 5, [])
     assert (same["status"], same["error"]) == ("unchanged", None)
+
+
+def test_junit_says_what_is_proved_of_a_margin() -> None:
+    alone = replace(PASSED.findings[1].verdict, at_least=None, intervals=0)
+    unproved = replace(PASSED, findings=(replace(PASSED.findings[1], verdict=alone),))
+    suites = ET.fromstring(to_junit([PASSED, unproved]))
+    assert [out.text for out in suites.iter("system-out")] == [
+        "proved on 321 intervals of the axis to be at least 8.999 dB",
+        "confirmed by the poles of closed loops alone, not on intervals of the axis",
+    ]
 
 
 def test_a_missing_design_is_told_in_every_output() -> None:

@@ -19,7 +19,15 @@ from command_line import slewctl
 
 # Seconds of processor that a command may take for a small file, of which it needs a tenth; on a
 # busy machine, or waiting for something, five times as many of the clock.
-LIMITS_S = {"check": 20, "ladder": 20, "modes": 20, "compare": 60, "study": 60, "recommend": 60}
+LIMITS_S = {
+    "check": 20,
+    "ladder": 20,
+    "modes": 20,
+    "compare": 60,
+    "study": 60,
+    "recommend": 60,
+    "worst": 60,
+}
 _HIDDEN = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)
 _CONTROL = {chr(code) for code in range(32)} - {"\n", "\t"} | {"\x7f"}
 
@@ -65,6 +73,8 @@ def guarded_run(command: str, text: str, folder: Path) -> Run:
         arguments += ["--workers", "1"]
     if command == "check":
         arguments += ["--all", "--json", out / "verdicts.json", "--junit", out / "verdicts.xml"]
+    if command == "worst":
+        arguments += ["--box", "stiffness_factor=0.9:1.1", "--samples", "0", "--searches", "0"]
     if command == "modes":
         arguments += ["-n", "2"]
     with warnings.catch_warnings(record=True) as seen:

@@ -6,6 +6,7 @@ every line of an error, nothing written beside ``--out``, and reports that can b
 
 from __future__ import annotations
 
+import math
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -18,6 +19,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from mutated_files import QUICK, STUDY, mutated, small_designs, toml
 
+from slewctl.cli import study as cli_study
+from slewctl.cli import worst as cli_worst
 from slewctl.compare import judgement
 from slewctl.compare.study import recommend, sweep
 
@@ -95,8 +98,18 @@ def test_compare_bears_any_file(text: str) -> None:
 @given(quick)
 @fuzz(4)
 def test_recommend_bears_any_file(text: str) -> None:
-    with patch.object(recommend, "ORDERS", (1, 2)), patch.object(recommend, "BANDWIDTHS", (0.3,)):
+    few = {"ORDERS": (1, 2), "BANDWIDTHS": (0.3,)}
+    # What a patient program is told is no fault, however busy the machine is.
+    with patch.multiple(recommend, **few), patch.object(cli_study, "PATIENCE", math.inf):
         stands("recommend", text)
+
+
+@pytest.mark.slow
+@given(quick)
+@fuzz(20)
+def test_worst_bears_any_file(text: str) -> None:
+    with patch.object(cli_worst, "PATIENCE", math.inf):
+        stands("worst", text)
 
 
 @pytest.mark.slow

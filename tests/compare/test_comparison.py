@@ -171,9 +171,9 @@ def test_ladders_end_where_the_designs_are_judged(
 ) -> None:
     for result in (heavy_hub, no_hub):
         by_basis = {e.basis: e for e in result.evaluations if e.n == result.case.n}
-        assert {ladder.basis for ladder in result.ladders} == set(by_basis)
+        assert {ladder.origin.basis for ladder in result.ladders} == set(by_basis)
         for ladder in result.ladders:
-            last, judged = ladder.rungs[-1], by_basis[ladder.basis]
+            last, judged = ladder.rungs[-1], by_basis[ladder.origin.basis]
             assert (last.modes, last.stable) == (result.truth.modes, judged.stable)
             if judged.stable:
                 assert last.judgement.cost == judged.judgement.cost

@@ -114,7 +114,7 @@ def test_each_rung_is_a_loop_of_its_own() -> None:
 def test_ladder_finds_the_neglected_mode() -> None:
     """From tip feedback, one mode known: the second one is lost as soon as it is there."""
     ladder = spillover_ladder(case_of(FROM_TIP), basis="hub-matched", n=1)
-    assert (ladder.basis, ladder.n, ladder.method) == ("hub-matched", 1, "lqg")
+    assert (*ladder.origin, ladder.method) == ("hub-matched", 1, "lqg")
     lost = ladder.first_unstable
     assert lost is not None
     assert (lost.modes, ladder.unstable_from, ladder.stable_on_truth) == (2, 2, False)

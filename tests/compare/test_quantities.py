@@ -50,6 +50,18 @@ def judged(request: pytest.FixtureRequest) -> Judgement:
     return evaluate(request.param).judgement
 
 
+def test_a_margin_says_what_is_proved_of_it_and_nothing_else_does(judged: Judgement) -> None:
+    for name, quantity in QUANTITIES.items():
+        found = read(judged, name)
+        if quantity.kind != "margin":
+            assert (found.at_least, found.intervals) == (None, 0), name
+            continue
+        assert found.intervals == judged.margins.intervals > 0
+        assert found.at_least is not None
+        if math.isfinite(found.value):
+            assert found.value * (1 - 1e-6) <= found.at_least <= found.value * (1 + 1e-12), name
+
+
 def test_every_quantity_is_readable_and_has_what_a_reader_needs(judged: Judgement) -> None:
     values = row(judged)
     assert list(values) == list(QUANTITIES)

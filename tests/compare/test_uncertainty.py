@@ -159,7 +159,7 @@ def test_a_loop_of_ones_own_controller_is_judged_likewise() -> None:
     [
         ({}, "box"),
         ([("payload_mass", (0, 1))], "box"),
-        ({"payload": (0.0, 1.0)}, "box"),
+        ({"payload": (0.0, 1.0)}, "box.payload"),
         ({"payload_mass": 1.0}, "box.payload_mass"),
         ({"payload_mass": (0.0, 1.0, 2.0)}, "box.payload_mass"),
         ({"payload_mass": (1.0, 1.0)}, "box.payload_mass"),

@@ -178,7 +178,10 @@ def test_clock_is_stated() -> None:
         ({"sample_time": "fast"}, "sample_time: 'fast' is not a finite number"),
         ({"sample_time": 0.1, "delay": -1.0}, "delay: -1 is negative"),
         ({"sample_time": 0.1, "delay": 2.0}, "delay: 2 s is more than 10 sample times"),
-        ({"delay": 0.1}, "delay: a computational delay without a sample time; give sample_time"),
+        (
+            {"delay": 0.1},
+            "delay: a continuous controller has no computational delay; give sample_time",
+        ),
         ({"integral_limit": 0.0}, "integral_limit: 0 is not positive"),
         ({"integral_limit": True}, "integral_limit: True is not a finite number"),
     ],

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import slewctl as sc
-from slewctl.design.own.discretise import discretised
-from slewctl.design.own.zeros_poles import polynomials
+from slewctl.design.discretise import discretised
+from slewctl.design.zeros_poles import polynomials
 from slewctl.errors import InputError
 from slewctl.numerics.frequency_response import FrequencyResponse
 from slewctl.numerics.linear_system import LinearSystem

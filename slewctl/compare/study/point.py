@@ -298,8 +298,10 @@ class Place:
         plant = generalised_plant(self.judge.truth, self.judge.case.objective)
         return plant_graph(plant.path, **self.units)
 
-    def evaluate(self, basis: str, n: int, method: str) -> Evaluation:
-        """Return a design with its judgement on the truth.
+    def evaluate(
+        self, basis: str, n: int, method: str, clock: Mapping[str, float] | None = None
+    ) -> Evaluation:
+        """Return a design, on a clock or continuous, with its judgement on the truth.
 
         Raises
         ------
@@ -308,7 +310,7 @@ class Place:
         """
         case = self.judge.case
         design = design_model(self.judge.truth, case.objective, basis, n)
-        options = options_of(method, case.arm, self.bandwidth)
+        options = {**options_of(method, case.arm, self.bandwidth), **(clock or {})}
         return Evaluation(design, self.judge.judge(design.controller(method, options)))
 
 
@@ -334,6 +336,8 @@ def place_of(arm: Arm, bandwidth: float, sensors: tuple[str, ...], truth_modes: 
 
 def _results(place: Place, found: Evaluation) -> dict[str, Any]:
     design, judged = found.design, found.judgement
+    if design is None:
+        raise TypeError("a study makes its designs")
     finer = on_twice(judged)
     gap, margin = _gap(place, design, found.controller)
     return {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any
@@ -20,6 +20,7 @@ from slewctl.compare.reading import read
 from slewctl.compare.study.answer import GOOD, percent
 from slewctl.compare.study.grid import check_sensors, omega_of
 from slewctl.compare.study.point import on_twice, place_of
+from slewctl.design.clocked import read_clock
 from slewctl.errors import DesignError, SlewctlError
 from slewctl.model import beam_inertia
 
@@ -78,6 +79,8 @@ class Recommendation:
     trials : tuple of Trial
     damping : str
         Where the arm's damping comes from, if that was told.
+    sample_time, delay : float
+        In s, of the controllers; zero for continuous ones.
     """
 
     arm: str
@@ -88,15 +91,26 @@ class Recommendation:
     bandwidth_hz: float
     trials: tuple[Trial, ...]
     damping: str = ""
+    sample_time: float = 0.0
+    delay: float = 0.0
 
     def __str__(self) -> str:
         return (
             f"{self.arm} (hub inertia {self.hub_ratio:.3g} of the beam's, measuring "
             f"{', '.join(self.sensors)}): take the {self.basis} basis with n = {self.n}, and a "
-            f"bandwidth of at most {self.bandwidth_hz:.3g} Hz.  Up to there LQG designs are "
+            f"bandwidth of at most {self.bandwidth_hz:.3g} Hz.  Up to there LQG designs"
+            f"{self._clock} are "
             f"stable on the converged arm, lose at most {percent(GOOD)} of the optimal cost and "
             f"keep {LEAST_GAIN_DB:g} dB and {LEAST_PHASE_DEG:g} deg."
             + (f"  Damping ratio {self.damping}." if self.damping else "")
+        )
+
+    @property
+    def _clock(self) -> str:
+        if not self.sample_time:
+            return ""
+        return (
+            f" with a clock of {1e3 * self.sample_time:g} ms and {1e3 * self.delay:g} ms of delay"
         )
 
     def _repr_html_(self) -> str:
@@ -166,6 +180,8 @@ def recommend(
     sensors: Sequence[str] = ("theta", "theta_dot"),
     *,
     truth_modes: int = 20,
+    sample_time: float | None = None,
+    delay: float = 0.0,
     damping: str = "",
     progress: Callable[[str], None] | None = None,
 ) -> Recommendation:
@@ -181,6 +197,10 @@ def recommend(
     sensors : sequence of str
         Of ``theta``, ``theta_dot``, ``tip`` and ``tip_deflection``.
     truth_modes : int
+    sample_time : float, optional
+        Of the computer that runs the controller, in s; continuous by default.
+    delay : float
+        Time in s from a sample to the output that is computed from it.
     damping : str
         Where the arm's damping comes from, to be told with the result: that of a catalogue
         arm is `slewctl.arms.CATALOGUE`\ ``[name].damping``.
@@ -193,7 +213,7 @@ def recommend(
     Raises
     ------
     InputError
-        For an unknown sensor.
+        For an unknown sensor, or an impossible clock.
     DesignError
         If no design is acceptable at any bandwidth; the message says what came closest.
 
@@ -205,6 +225,7 @@ def recommend(
     >>> found.basis, found.n  # doctest: +SKIP
     """
     measured = check_sensors(sensors)
+    clock = read_clock(sample_time, delay)
     trials = []
     for bandwidth in BANDWIDTHS:
         hertz = omega_of(arm, bandwidth) / (2 * math.pi)
@@ -212,7 +233,7 @@ def recommend(
             for n in ORDERS:
                 if progress:
                     progress(f"{basis}, n = {n}, {hertz:.3g} Hz")
-                found = _evaluated(arm, bandwidth, measured, truth_modes, basis, n)
+                found = _evaluated(arm, bandwidth, measured, truth_modes, basis, n, clock)
                 trials.append(_trial(basis, n, bandwidth, hertz, found))
     ranked = sorted(
         ((basis, n) for n in ORDERS for basis in NAMES),
@@ -223,17 +244,25 @@ def recommend(
     if limit == 0:
         raise _nothing_found(arm, trials, damping)
     ratio = arm.hub_inertia / beam_inertia(arm)
-    return Recommendation(arm.name, ratio, measured, basis, n, limit, tuple(trials), damping)
+    return Recommendation(
+        arm.name, ratio, measured, basis, n, limit, tuple(trials), damping, **clock
+    )
 
 
 def _evaluated(
-    arm: Arm, bandwidth: float, sensors: tuple[str, ...], truth_modes: int, basis: str, n: int
+    arm: Arm,
+    bandwidth: float,
+    sensors: tuple[str, ...],
+    truth_modes: int,
+    basis: str,
+    n: int,
+    clock: Mapping[str, float],
 ) -> Judgement | None:
     """Return an LQG design on the truth, None where there is none or it is not stable."""
     try:
         with computing():
             place = place_of(arm, bandwidth, sensors, truth_modes)
-            judged = place.evaluate(basis, n, "lqg").judgement
+            judged = place.evaluate(basis, n, "lqg", clock).judgement
             return judged if judged.stable and on_twice(judged).stable else None
     except SlewctlError:
         return None

@@ -21,6 +21,7 @@ from slewctl.design.classical.filters import (
     rigid_arm,
     summed,
 )
+from slewctl.design.clocked import with_clock
 from slewctl.design.result import Check, Controller, finished
 from slewctl.errors import DesignError, InputError, check_positive
 from slewctl.plant import GeneralisedPlant
@@ -32,6 +33,7 @@ _TOLERANCE = 1e-9
 
 
 @guarded
+@with_clock
 def lead(
     plant: GeneralisedPlant,
     *,

@@ -26,6 +26,7 @@ from slewctl.design.classical.filters import (
     rigid_arm,
     summed,
 )
+from slewctl.design.clocked import with_clock
 from slewctl.design.mode_numbers import check_modes
 from slewctl.design.result import Check, Controller, finished
 from slewctl.errors import DesignError, InputError, check_positive, shown
@@ -42,6 +43,7 @@ _POLE_TOLERANCE = 1e-6
 
 
 @guarded
+@with_clock
 def pd_notch(
     plant: GeneralisedPlant,
     *,

@@ -31,6 +31,7 @@ from slewctl.design.classical.filters import (
     summed,
 )
 from slewctl.design.classical.pd_notch import PDWish, pd_law
+from slewctl.design.clocked import with_clock
 from slewctl.design.mode_numbers import check_modes
 from slewctl.design.result import Check, Controller, finished
 from slewctl.errors import DesignError, InputError, check_choice, check_each, check_positive, shown
@@ -45,6 +46,7 @@ _SILENT = 1e-9
 
 
 @guarded
+@with_clock
 def positive_position(
     plant: GeneralisedPlant,
     *,

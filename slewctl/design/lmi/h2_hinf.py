@@ -23,6 +23,7 @@ from scipy.linalg import block_diag
 from slewctl._types import Array
 from slewctl.design.achieved import closed_cost
 from slewctl.design.breakdown import guarded
+from slewctl.design.clocked import with_clock
 from slewctl.design.lmi.blocks import largest
 from slewctl.design.lmi.output_feedback import Channel, OutputFeedback, OutputProblem, solve_output
 from slewctl.design.lmi.separation_principle import Innovations, innovations
@@ -58,6 +59,7 @@ class _Channel:
 
 
 @guarded
+@with_clock
 def h2_hinf(
     plant: GeneralisedPlant, *, hinf_max: float | None = None, weight_hz: float | None = None
 ) -> Controller:

@@ -19,6 +19,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.design.breakdown import guarded
+from slewctl.design.clocked import with_clock
 from slewctl.design.energy_coordinates import ScaledPlant
 from slewctl.design.lmi.clarabel import solve
 from slewctl.design.lmi.h2_joint import h2_joint
@@ -57,6 +58,7 @@ class H2Problem:
 
 
 @guarded
+@with_clock
 def h2_lmi(plant: GeneralisedPlant, *, formulation: Formulation = "separated") -> Controller:
     """Return the H2-optimal controller of a plant by matrix inequalities.
 

@@ -24,6 +24,7 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.design.achieved import closed_cost
 from slewctl.design.breakdown import guarded
+from slewctl.design.clocked import with_clock
 from slewctl.design.lmi.blocks import largest
 from slewctl.design.lmi.region import Region
 from slewctl.design.lmi.separation_principle import Half, Innovations, innovations
@@ -48,6 +49,7 @@ _COARSE = 1e-5
 
 
 @guarded
+@with_clock
 def h2_region(
     plant: GeneralisedPlant,
     *,

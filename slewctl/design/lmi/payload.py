@@ -26,6 +26,7 @@ from scipy.linalg import block_diag
 from slewctl._types import Array
 from slewctl.design.achieved import closed_cost
 from slewctl.design.breakdown import guarded
+from slewctl.design.clocked import with_clock
 from slewctl.design.lmi.blocks import largest
 from slewctl.design.lmi.payload_loop import Worst, best_observer, changed_plant
 from slewctl.design.lmi.region import Region
@@ -128,6 +129,7 @@ def changed_dynamics(
 
 
 @guarded
+@with_clock
 def payload_lmi(
     plant: GeneralisedPlant,
     *,

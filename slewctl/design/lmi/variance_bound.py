@@ -20,6 +20,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.design.achieved import closed_cost
 from slewctl.design.breakdown import guarded
+from slewctl.design.clocked import with_clock
 from slewctl.design.lmi.blocks import Block
 from slewctl.design.lmi.separation_principle import Innovations, innovations
 from slewctl.design.lmi.state_feedback import Feedback, Regulator, Unknowns, solve_regulator
@@ -36,6 +37,7 @@ _GAP = 1e-6  # of the cost to its lower bound, as far as a solver at 1e-8 closes
 
 
 @guarded
+@with_clock
 def variance_bound(
     plant: GeneralisedPlant, *, std_max: Mapping[str, float] | None = None, minimise: str = COST
 ) -> Controller:

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from slewctl.design.own.zeros_poles import cascade, polynomials, read_coefficients, read_roots
+from slewctl._types import Array
+from slewctl.design.zeros_poles import cascade, polynomials, read_coefficients, read_roots
 from slewctl.errors import (
+    Faults,
     InputError,
     check_given,
     check_number,
@@ -41,8 +43,6 @@ class Law:
     ----------
     system : LinearSystem
         On its own clock.
-    error_driven : bool
-        Whether it acts on the error r − y, so that its feedback is negative.
     kept : bool
         Whether its states are the user's, who finds them again.
     names : tuple of str
@@ -52,43 +52,51 @@ class Law:
     """
 
     system: LinearSystem
-    error_driven: bool = False
     kept: bool = False
     names: tuple[str, ...] = ()
     output: str = ""
 
 
-def read_law(options: Mapping[str, Any]) -> Law:
-    """Return the law that the options of `slewctl.given` tell.
-
-    Raises
-    ------
-    InputError
-        For no form or two, or one that cannot be.
-    """
+def find_form(options: Mapping[str, Any]) -> str:
+    """Return which of `FORMS` the options of `slewctl.given` tell; refuse none, and two."""
     found = [name for name, keys in FORMS.items() if any(key in options for key in keys)]
     known = f"{'; '.join(list(FORMS)[1:])}; or file"
     if not found:
         raise InputError("missing", where="pid", remedy=f"give a control law: {known}")
     if len(found) > 1:
         raise InputError(
-            f"{' and '.join(found)} are given", where="given", remedy=f"give one of {known}"
+            f"{' and '.join(found)} are given",
+            where=next(key for key in options if key in FORMS[found[1]]),
+            remedy=f"give one of {known}",
         )
+    return found[0]
+
+
+def read_law(form: str, options: Mapping[str, Any]) -> Law:
+    """Return the law that the options of `slewctl.given` tell in one of `FORMS`.
+
+    Raises
+    ------
+    InputError
+        For each part that cannot be.
+    """
     # What is to be discretised is continuous; the clock is that of the computer.
     clock = 0.0
     if "discretise" not in options and "sample_time" in options:
         clock = check_positive(options["sample_time"], "sample_time")
-    law = _READERS[found[0]](options, clock)
+    law = _READERS[form](options, clock)
     own = law.system.sample_time
     if "discretise" not in options and "sample_time" in options and own != clock:
-        raise _wrong_clock(own, clock, found[0])
+        raise _wrong_clock(own, clock, form)
     if law.system.noutputs != 1:
         raise InputError(
-            f"the law commands {law.system.noutputs} signals", where="given", remedy="give it one"
+            f"the law commands {law.system.noutputs} signals",
+            where=FORMS[form][-1],
+            remedy="give it one",
         )
     if not law.system.finite:
         raise InputError(
-            "the law has entries that are not finite", where="given", remedy="mend them"
+            "the law has entries that are not finite", where=FORMS[form][0], remedy="mend them"
         )
     return law
 
@@ -129,29 +137,41 @@ def _of_pid(options: Mapping[str, Any], clock: float) -> Law:
             where="pid",
             remedy="give one, as in { kp = 20.0, kd = 9.0, filter_hz = 30.0 }",
         )
-    for key in keys:
-        if key not in _PID:
-            raise InputError("unknown key", where=f"pid.{key}", remedy=suggest(str(key), _PID))
-    kp, ki, kd = (check_number(keys.get(key, 0.0), f"pid.{key}") for key in _PID[:3])
+    faults = Faults()
+    faults.add(
+        InputError("unknown key", where=f"pid.{key}", remedy=suggest(str(key), _PID))
+        for key in keys
+        if key not in _PID
+    )
+    gains = [faults.attempt(check_number, keys.get(key, 0.0), f"pid.{key}") for key in _PID[:3]]
+    corner = faults.attempt(_corner, keys)
+    faults.tell()
+    kp, ki, kd = (gain or 0.0 for gain in gains)
     if not any((kp, ki, kd)):
         raise InputError("all gains are zero", where="pid", remedy="give kp, ki or kd")
     parts = [_static(kp)]
     if ki:
         parts.append(LinearSystem(0.0, 1.0, ki, 0.0))
-    corner = keys.get("filter_hz")
-    omega = 2 * math.pi * check_positive(corner, "pid.filter_hz") if corner is not None else None
-    if kd and omega is None:
+    if kd and corner is not None:
+        omega = 2 * math.pi * corner
+        parts.append(LinearSystem(-omega, omega, -kd * omega, kd * omega))
+    system = parts[0]
+    for part in parts[1:]:
+        system = parallel(system, part)
+    return Law(system)
+
+
+def _corner(keys: Mapping[str, Any]) -> float | None:
+    """Return the corner of the derivative's lag in Hz; None where there is no derivative."""
+    if "filter_hz" in keys:
+        return check_positive(keys["filter_hz"], "pid.filter_hz")
+    if keys.get("kd"):
         raise InputError(
             "the derivative needs filter_hz: without it the law is improper and nothing can run it",
             where="pid.filter_hz",
             remedy="give the corner in Hz of a lag on the derivative, well above the crossover",
         )
-    if kd and omega is not None:
-        parts.append(LinearSystem(-omega, omega, -kd * omega, kd * omega))
-    system = parts[0]
-    for part in parts[1:]:
-        system = parallel(system, part)
-    return Law(system, error_driven=True)
+    return None
 
 
 def _static(gain: float) -> LinearSystem:
@@ -159,27 +179,35 @@ def _static(gain: float) -> LinearSystem:
 
 
 def _of_polynomials(options: Mapping[str, Any], clock: float) -> Law:
-    num, den = (
-        read_coefficients(check_given(options.get(key), key, "coefficients, highest power first"),
-                          key)
-        for key in ("num", "den")
-    )  # fmt: skip
-    return Law(polynomials(num, den, clock))
+    faults = Faults()
+    num, den = (faults.attempt(_coefficients, options, key) for key in ("num", "den"))
+    return Law(polynomials(faults.settled(num), faults.settled(den), clock))
+
+
+def _coefficients(options: Mapping[str, Any], key: str) -> Array:
+    given = check_given(options.get(key), key, "coefficients, highest power first")
+    return read_coefficients(given, key)
 
 
 def _of_roots(options: Mapping[str, Any], clock: float) -> Law:
-    gain = options.get("gain")
-    if isinstance(gain, np.ndarray) and gain.size == 1:  # a file's
-        gain = gain.item()
-    number = check_number(check_given(gain, "gain", "the factor"), "gain")
-    zeros, poles = (read_roots(options.get(key, []), key) for key in ("zeros", "poles"))
+    faults = Faults()
+    number = faults.attempt(_factor, options)
+    found = [faults.attempt(read_roots, options.get(key, []), key) for key in ("zeros", "poles")]
+    zeros, poles = (faults.settled(roots) for roots in found)
     if len(zeros) > len(poles):
         raise InputError(
             f"more zeros ({len(zeros)}) than poles ({len(poles)}): nothing can run it",
             where="zeros",
             remedy="add poles above the frequencies of interest",
         )
-    return Law(cascade(zeros, poles, number, clock))
+    return Law(cascade(zeros, poles, faults.settled(number), clock))
+
+
+def _factor(options: Mapping[str, Any]) -> float:
+    gain = options.get("gain")
+    if isinstance(gain, np.ndarray) and gain.size == 1:  # a file's
+        gain = gain.item()
+    return check_number(check_given(gain, "gain", "the factor"), "gain")
 
 
 def _of_matrices(options: Mapping[str, Any], clock: float) -> Law:
@@ -188,19 +216,29 @@ def _of_matrices(options: Mapping[str, Any], clock: float) -> Law:
         D = read_matrix(parts["D"], "D")  # a law without states
         return Law(LinearSystem(np.zeros((0, 0)), np.zeros((0, D.shape[1])),
                                 np.zeros((len(D), 0)), D, clock), kept=True)  # fmt: skip
-    A, B, C = (read_matrix(check_given(parts[key], key, "a matrix"), key) for key in "ABC")
+    faults = Faults()
+    found = {key: faults.attempt(_matrix, parts, key) for key in "ABC"}
+    through = faults.attempt(read_matrix, parts["D"], "D") if parts["D"] is not None else None
+    A, B, C = (faults.settled(matrix) for matrix in found.values())
     n = len(A)
     B = B.T if B.shape == (1, n) != (n, 1) and n > 1 else B  # a list of n numbers is a column
-    D = np.zeros((len(C), B.shape[1])) if parts["D"] is None else read_matrix(parts["D"], "D")
+    D = np.zeros((len(C), B.shape[1])) if through is None else through
     wanted = {"A": (n, n), "B": (n, B.shape[1]), "C": (len(C), n), "D": (len(C), B.shape[1])}
-    for name, matrix in zip("ABCD", (A, B, C, D), strict=True):
-        if matrix.shape != wanted[name]:
-            raise InputError(
-                f"its shape is {matrix.shape}, beside the others it wants {wanted[name]}",
-                where=name,
-                remedy="give x' = A x + B y, u = C x + D y",
-            )
+    faults.add(
+        InputError(
+            f"its shape is {matrix.shape}, beside the others it wants {wanted[name]}",
+            where=name,
+            remedy="give x' = A x + B y, u = C x + D y",
+        )
+        for name, matrix in zip("ABCD", (A, B, C, D), strict=True)
+        if matrix.shape != wanted[name]
+    )
+    faults.tell()
     return Law(LinearSystem(A, B, C, D, clock), kept=True)
+
+
+def _matrix(parts: Mapping[str, Any], key: str) -> Array:
+    return read_matrix(check_given(parts[key], key, "a matrix"), key)
 
 
 def _size(value: Any) -> int:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import wraps
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
@@ -13,21 +12,29 @@ import numpy as np
 
 from slewctl.design.classical.filters import Section, in_series
 from slewctl.design.coordinates import balanced
-from slewctl.design.own.discretise import discretised
-from slewctl.design.own.forms import Law, read_law
+from slewctl.design.discretise import check_rule, discretised
+from slewctl.design.own.forms import Law, find_form, read_law
+from slewctl.design.own.law_signals import output_of, reference_apart, sign_of, signals_of, signed
 from slewctl.design.own.read_file import texts, told_by_file
 from slewctl.design.own.sections import read_sections
-from slewctl.design.reference import REFERENCE, Reference
+from slewctl.design.reference import Reference
 from slewctl.design.result import Certificate, Controller
 from slewctl.design.stored import reference_of
-from slewctl.errors import InputError, check_choice, check_nonnegative, check_positive
+from slewctl.errors import (
+    Faults,
+    InputError,
+    SlewctlError,
+    check_nonnegative,
+    check_positive,
+    faults_of,
+)
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.plant import GeneralisedPlant, check_plant
 from slewctl.plant.sampled import split_delay
-from slewctl.plant.signals import ACTUATORS, TORQUE, check_signals
+from slewctl.plant.signals import TORQUE
 
-_SIGNS = {"negative": -1.0, "positive": 1.0}
+# Stands in for a clock that is missing, so that the rest is looked at: any frequency is below it.
+_NO_CLOCK = 1e-300
 
 
 def given(
@@ -84,7 +91,8 @@ def given(
         ``theta_ref`` among them is the reference angle of a law with two degrees of freedom;
         without it, the reading of each sensor at the reference is subtracted.
     output : {"torque", "voltage"}, optional
-        What the law commands, by default the torque.
+        What the law commands, by default the torque; in a design file, what limits or an arm
+        without a motor leave no doubt of.
     feedback : {"negative", "positive"}, optional
         Whether the law is connected with a minus, as in `control.feedback`, or has it inside.
         A PID has negative feedback unless told otherwise; other forms have no default.  The
@@ -127,152 +135,101 @@ def given(
         "discretise": discretise, "prewarp_hz": prewarp_hz,
     }  # fmt: skip
     options = {key: value for key, value in told.items() if value is not None}
+    return read_options(options if file is None else {**options, "file": file})
+
+
+def read_options(options: Mapping[str, Any], actuator: str | None = TORQUE) -> Controller:
+    """Return what the options of `given` tell; all that is wrong with them is told at once.
+
+    Parameters
+    ----------
+    options : mapping of str to object
+    actuator : {"torque", "voltage"} or None
+        What it commands where nothing says so; None if something must.
+    """
+    faults = Faults()
+    file = options.get("file")
+    options = {key: value for key, value in options.items() if key != "file"}
+    held: Mapping[str, Any] = {}
     stored: Mapping[str, Any] = {}
     if file is not None:
-        options, stored = told_by_file(file, options)
-    law = read_law(options)
-    names = _signals(law, options)
-    sign = _SIGNS[_feedback(law, options)]
-    run = _what_runs(law, options, read_sections(options.get("sections", ())))
-    signed = _signed(run, names, sign, _output(law, options))
-    measured, reference = _split(signed, names)
+        held, stored = faults.attempt(told_by_file, file, options) or ({}, {})
+    try:
+        law = _read({**options, **held}, actuator, faults, unread=bool(faults))
+    except InputError as error:
+        placed = Faults()
+        placed.add(_placed(fault, held, file) for fault in faults_of(error))
+        placed.tell()
+        raise
+    run, reference = law.run, law.reference
     if stored:
         reference = reference_of(stored)
-        measured = measured.named(states=texts(stored.get("states", ())) or None)
-    late = check_nonnegative(options.get("delay", 0.0), "delay")
-    _check_delay(late, measured.sample_time)
-    scale = np.asarray(stored.get("state_scale", np.ones(measured.nstates)), dtype=float).ravel()
+        run = run.named(states=texts(stored.get("states", ())) or None)
+    scale = np.asarray(stored.get("state_scale", np.ones(run.nstates)), dtype=float).ravel()
     return Controller(
-        measured,
+        run,
         str(stored.get("method", "given")),
         {},
         math.nan,
         Certificate(()),
-        assumptions=_assumed(options, stored),
-        delay=late,
+        assumptions=_assumed({**options, **held}, stored),
+        delay=law.delay,
         reference=reference,
         state_scale=scale,
+        continuous=None
+        if law.continuous is None
+        else Controller(law.continuous, "given", {}, math.nan, Certificate(())),
     )
 
 
-def on_plant(method: Callable[..., Controller]) -> Callable[..., Controller]:
-    """Return `given` as a design method: a plant comes first and says which signals there are."""
+@dataclass(frozen=True, eq=False)
+class _Law:
+    """A law as it runs: with its minus inside, and without the path of the reference."""
 
-    @wraps(method)
-    def made(plant: GeneralisedPlant, **options: Any) -> Controller:
-        check_plant(plant, "design")
-        return fitted(method(**options), plant.sensors, plant.actuator)
-
-    return made
-
-
-def fitted(controller: Controller, sensors: Sequence[str], actuator: str) -> Controller:
-    """Return a controller that takes all sensors of a plant, in their order.
-
-    What it does not read of them does not move it.
-
-    Parameters
-    ----------
-    controller : Controller
-    sensors : sequence of str
-        All that the plant measures.
-    actuator : {"torque", "voltage"}
-
-    Returns
-    -------
-    Controller
-
-    Raises
-    ------
-    InputError
-        If it reads what is not measured, or commands another actuator.
-
-    Examples
-    --------
-    >>> K = given(pid={"kp": 20.0})
-    >>> fitted(K, ["theta", "root_moment"], "torque").sensors
-    ('theta', 'root_moment')
-    """
-    system = controller.linear
-    commanded = system.output_labels[0]
-    if commanded != actuator:
-        raise InputError(
-            f"the controller commands {commanded!r}, the objective limits {actuator!r}",
-            where="output",
-            remedy="limit what the controller commands",
-        )
-    if controller.sensors == tuple(sensors):
-        return controller
-    unknown = [name for name in controller.sensors if name not in sensors]
-    if unknown:
-        raise InputError(
-            f"the controller takes {list(controller.sensors)}, the objective measures "
-            f"{list(sensors)}",
-            where="inputs",
-            remedy=f"add the noise of {' and '.join(unknown)}",
-        )
-    chosen = np.zeros((len(controller.sensors), len(sensors)))
-    for row, name in enumerate(controller.sensors):
-        chosen[row, list(sensors).index(name)] = 1.0
-    wide = LinearSystem(
-        system.A, system.B @ chosen, system.C, system.D @ chosen, system.dt,
-        inputs=sensors, outputs=system.output_labels, states=system.state_labels,
-        name=system.name,
-    )  # fmt: skip
-    return replace(controller, system=wide)
+    run: LinearSystem
+    reference: Reference | None
+    delay: float
+    continuous: LinearSystem | None
 
 
-def _signals(law: Law, options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return what the law reads, each once."""
-    width = law.system.ninputs
-    named = options.get("inputs", law.names)
-    if named is None and width != 1:
-        raise InputError(
-            f"the law reads {width} signals", where="inputs", remedy="name them in their order"
-        )
-    names = (named,) if isinstance(named, str) else tuple(named or ("theta",))
-    if law.names and "inputs" in options and sorted(names) != sorted(law.names):
-        raise InputError(
-            f"the system's own are called {', '.join(law.names)}",
-            where="inputs",
-            remedy="leave this out, or rename the system's",
-        )
-    names = law.names or names
-    check_signals([name for name in names if name != REFERENCE], "inputs")
-    if len(names) != width or len(set(names)) != width:
-        raise InputError(
-            f"{len(names)} names for {width} signals",
-            where="inputs",
-            remedy="name each signal that the law reads once",
-        )
-    return names
+def _read(
+    options: Mapping[str, Any], actuator: str | None, faults: Faults, *, unread: bool
+) -> _Law:
+    """Return the law that options tell; of one whose file is unread the rest is looked at."""
+    form = None if unread else faults.attempt(find_form, options)
+    law = None if form is None else faults.attempt(read_law, form, options)
+    sign = faults.attempt(sign_of, form, options)
+    names = faults.attempt(signals_of, law, options)
+    output = faults.attempt(output_of, law, options, TORQUE if unread else actuator)
+    sections = faults.attempt(read_sections, options.get("sections", ()))
+    delay = faults.attempt(check_nonnegative, options.get("delay", 0.0), "delay")
+    clock = faults.attempt(_check_clock, options)
+    run = None
+    if law is not None and sections is not None and clock:
+        run = faults.attempt(_what_runs, law, options, sections)
+    if run is not None and delay is not None:
+        faults.attempt(_check_delay, delay, run[0].sample_time)
+    faults.tell()
+    named, system = faults.settled(names), faults.settled(run)
+    as_told = named, faults.settled(sign), faults.settled(output)
+    whole, before = (None if s is None else signed(s, *as_told) for s in system)
+    return _Law(
+        *reference_apart(faults.settled(whole), named),
+        faults.settled(delay),
+        None if before is None else reference_apart(before, named)[0],
+    )
 
 
-def _output(law: Law, options: Mapping[str, Any]) -> str:
-    own = law.output or options.get("output", TORQUE)
-    if options.get("output", own) != own:
-        raise InputError(
-            f"the system's own is called {own}",
-            where="output",
-            remedy="leave this out, or rename the system's",
-        )
-    return check_choice(own, ACTUATORS, "output")
+def _placed(fault: SlewctlError, held: Mapping[str, Any], file: object) -> SlewctlError:
+    """Return a fault with the file before it, where that holds what is wrong."""
+    inside = fault.where.partition(".")[0] in held
+    return fault.within(f"file: {file}") if inside else fault
 
 
-def _feedback(law: Law, options: Mapping[str, Any]) -> str:
-    told = options.get("feedback", "negative" if law.error_driven else None)
-    if told is None:
-        raise InputError(
-            "missing: the sign of this law can be meant both ways",
-            where="feedback",
-            remedy='give "negative" if it is connected with a minus, as in control.feedback, or '
-            '"positive" if its minus is inside',
-        )
-    return check_choice(told, _SIGNS, "feedback")
-
-
-def _what_runs(law: Law, options: Mapping[str, Any], sections: Sequence[Section]) -> LinearSystem:
-    """Return the law with its filters as it runs: continuous, or on its clock."""
+def _what_runs(
+    law: Law, options: Mapping[str, Any], sections: Sequence[Section]
+) -> tuple[LinearSystem, LinearSystem | None]:
+    """Return the law with its filters as it runs, and the continuous one that it was made of."""
     system = law.system
     if sections and system.sample_time:
         raise InputError(
@@ -282,48 +239,28 @@ def _what_runs(law: Law, options: Mapping[str, Any], sections: Sequence[Section]
         )
     if sections:
         system = series(system, LinearSystem(*in_series(sections)))
-    rule = options.get("discretise")
-    if rule is None and "prewarp_hz" in options:
-        raise InputError(
-            "nothing is discretised", where="prewarp_hz", remedy='give discretise = "tustin" too'
-        )
+    before = None
+    if "discretise" in options:
+        rule, step = options["discretise"], options["sample_time"]
+        before, system = system, discretised(system, step, rule, options.get("prewarp_hz"))
+    return system if law.kept else balanced(system)[0], before
+
+
+def _check_clock(options: Mapping[str, Any]) -> bool:
+    """Refuse each of what cannot be a clock, whatever the law."""
+    rule, prewarp = options.get("discretise"), options.get("prewarp_hz")
+    faults = Faults()
+    if rule is None and prewarp is not None:
+        faults.add([InputError("nothing is discretised", where="prewarp_hz",
+                               remedy='give discretise = "tustin" too')])  # fmt: skip
+    if rule is not None and "sample_time" not in options:
+        faults.add([InputError("missing", where="sample_time", remedy="give the clock in s")])
     if rule is not None:
-        if "sample_time" not in options:
-            raise InputError("missing", where="sample_time", remedy="give the clock in s")
-        step = check_positive(options["sample_time"], "sample_time")
-        system = discretised(system, step, rule, options.get("prewarp_hz"))
-    return system if law.kept else balanced(system)[0]
-
-
-def _signed(system: LinearSystem, names: Sequence[str], sign: float, output: str) -> LinearSystem:
-    """Return the law with its minus inside; the path of the reference keeps its sign."""
-    if sign < 0:
-        factors = np.array([1.0 if name == REFERENCE else -1.0 for name in names])
-        B, D = system.B * factors, system.D * factors
-    else:
-        B, D = system.B, system.D
-    return LinearSystem(
-        system.A, B, system.C, D, system.dt,
-        inputs=names, outputs=[output], states=system.state_labels, name="given",
-    )  # fmt: skip
-
-
-def _split(system: LinearSystem, names: Sequence[str]) -> tuple[LinearSystem, Reference | None]:
-    """Return the feedback and, of a law with two degrees of freedom, the reference's path."""
-    if REFERENCE not in names:
-        return system, None
-    at = list(names).index(REFERENCE)
-    kept = [k for k in range(len(names)) if k != at]
-    if not kept:
-        raise InputError(
-            "nothing is measured", where="inputs", remedy="name a sensor, such as theta"
-        )
-    feedback = LinearSystem(
-        system.A, system.B[:, kept], system.C, system.D[:, kept], system.dt,
-        inputs=[names[k] for k in kept], outputs=system.output_labels,
-        states=system.state_labels, name=system.name,
-    )  # fmt: skip
-    return feedback, Reference(system.B[:, [at]], system.D[:, [at]])
+        faults.attempt(check_rule, options.get("sample_time", _NO_CLOCK), rule, prewarp)
+    elif "sample_time" in options:
+        faults.attempt(check_positive, options["sample_time"], "sample_time")
+    faults.tell()
+    return True
 
 
 def _check_delay(late: float, sample_time: float) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from slewctl.design.own.forms import FORMS
 from slewctl.design.stored import SCHEMA
-from slewctl.errors import InputError, shown
+from slewctl.errors import Faults, InputError, shown
 from slewctl.export import read_data
 
 _GAINS = ("kp", "ki", "kd", "filter_hz")
@@ -25,7 +25,7 @@ _REQUIRED = {"num and den": FORMS["num and den"], "A, B, C and D": ("A", "B", "C
 def told_by_file(
     file: str | PathLike[str], options: Mapping[str, Any]
 ) -> tuple[dict[str, Any], Mapping[str, Any]]:
-    """Return the options with those of a file, and the file's content if slewctl wrote it.
+    """Return the options that a file holds, and its whole content if slewctl wrote it.
 
     Raises
     ------
@@ -39,14 +39,18 @@ def told_by_file(
         raise error.within("file") from error
     found = _known(data)
     _check_whole(data, found)
-    for key, value in found.items():
-        if key in options and not _same(options[key], value):
-            raise InputError(
-                f"{shown(options[key])} is given, the file says {shown(value)}",
-                where=key,
-                remedy="leave it out, or mend the file",
-            )
-    return {**options, **found}, data if data.get("schema") == SCHEMA else {}
+    faults = Faults()
+    faults.add(
+        InputError(
+            f"{shown(options[key])} is given, the file says {shown(value)}",
+            where=key,
+            remedy="leave it out, or mend the file",
+        )
+        for key, value in found.items()
+        if key in options and not _same(options[key], value)
+    )
+    faults.tell()
+    return found, data if data.get("schema") == SCHEMA else {}
 
 
 def _known(data: Mapping[str, Any]) -> dict[str, Any]:

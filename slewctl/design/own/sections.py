@@ -6,7 +6,15 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 from slewctl.design.classical.filters import Section, lead_section, low_pass, notch
-from slewctl.errors import InputError, check_count, check_positive, shown, suggest
+from slewctl.errors import (
+    Faults,
+    InputError,
+    check_count,
+    check_given,
+    check_positive,
+    shown,
+    suggest,
+)
 
 # Of a Butterworth filter; more is a wall that no loop has phase for.
 _MOST_ORDER = 8
@@ -37,11 +45,12 @@ def read_sections(given: object, where: str = "sections") -> tuple[Section, ...]
             where=where,
             remedy="give one, as in [{ notch_hz = 4.0, width = 0.5, depth = 0.1 }]",
         )
-    return tuple(
-        section
-        for index, table in enumerate(given)
-        for section in _section(table, f"{where}.{index}")
-    )
+    faults = Faults()
+    found = [
+        faults.attempt(_section, table, f"{where}.{index}") for index, table in enumerate(given)
+    ]
+    faults.tell()
+    return tuple(section for sections in found for section in sections or ())
 
 
 def _section(table: object, where: str) -> tuple[Section, ...]:
@@ -54,14 +63,17 @@ def _section(table: object, where: str) -> tuple[Section, ...]:
             remedy=f"give one of {', '.join(_KINDS)} in each",
         )
     known, make = _KINDS[kinds[0]]
-    for key in keys:
-        if key not in (kinds[0], *known):
-            raise InputError(
-                f"a filter with {kinds[0]} has no such key",
-                where=f"{where}.{key}",
-                remedy=suggest(str(key), known),
-            )
-    return make(keys, where)
+    faults = Faults()
+    faults.add(
+        InputError(
+            f"a filter with {kinds[0]} has no such key",
+            where=f"{where}.{key}",
+            remedy=suggest(str(key), known),
+        )
+        for key in keys
+        if key not in (kinds[0], *known)
+    )
+    return faults.settled(faults.attempt(make, keys, where))
 
 
 def _omega(keys: Mapping[str, object], key: str, where: str) -> float:
@@ -69,15 +81,22 @@ def _omega(keys: Mapping[str, object], key: str, where: str) -> float:
 
 
 def _notch(keys: Mapping[str, object], where: str) -> tuple[Section, ...]:
-    depth = check_positive(keys.get("depth", 0.1), f"{where}.depth")
+    faults = Faults()
+    omega = faults.attempt(_omega, keys, "notch_hz", where)
+    depth = faults.attempt(_depth, keys.get("depth", 0.1), f"{where}.depth")
+    width = faults.attempt(check_positive, keys.get("width", 0.5), f"{where}.width")
+    return (notch(*(faults.settled(number) for number in (omega, depth, width))),)
+
+
+def _depth(value: object, where: str) -> float:
+    depth = check_positive(value, where)
     if depth > 1:
         raise InputError(
             f"{depth:g} is no depth of a notch",
-            where=f"{where}.depth",
+            where=where,
             remedy="give the part of the gain that remains, from above 0 to 1",
         )
-    width = check_positive(keys.get("width", 0.5), f"{where}.width")
-    return (notch(_omega(keys, "notch_hz", where), depth, width),)
+    return depth
 
 
 def _low_pass(keys: Mapping[str, object], where: str) -> tuple[Section, ...]:
@@ -102,17 +121,21 @@ def _low_pass(keys: Mapping[str, object], where: str) -> tuple[Section, ...]:
 
 
 def _lead(keys: Mapping[str, object], where: str) -> tuple[Section, ...]:
-    omega = _omega(keys, "lead_hz", where)
-    if "lead_deg" not in keys:
-        raise InputError("missing", where=f"{where}.lead_deg", remedy="give the phase lead")
-    degrees = check_positive(keys["lead_deg"], f"{where}.lead_deg")
+    faults = Faults()
+    omega = faults.attempt(_omega, keys, "lead_hz", where)
+    degrees = faults.attempt(_degrees, keys, f"{where}.lead_deg")
+    return (lead_section(faults.settled(omega), math.radians(faults.settled(degrees))),)
+
+
+def _degrees(keys: Mapping[str, object], where: str) -> float:
+    degrees = check_positive(check_given(keys.get("lead_deg"), where, "the phase lead"), where)
     if degrees >= 90:
         raise InputError(
             f"{degrees:g} degrees are more than one lead can give",
-            where=f"{where}.lead_deg",
+            where=where,
             remedy="give less than 90, or two leads",
         )
-    return (lead_section(omega, math.radians(degrees)),)
+    return degrees
 
 
 _Maker = Callable[[Mapping[str, object], str], tuple[Section, ...]]

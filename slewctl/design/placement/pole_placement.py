@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -11,27 +10,25 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.design.breakdown import guarded
+from slewctl.design.clocked import check_clock
 from slewctl.design.energy_coordinates import ScaledPlant, scaled
 from slewctl.design.observer import observer_feedback
-from slewctl.design.placement.assignment import (
-    MISPLACED,
-    Misplacement,
-    PoleSensitivity,
-    assign,
-    misplacement,
-    out_of_reach,
-    pole_sensitivity,
+from slewctl.design.placement.placed_gains import (
+    own_pairs,
+    placed_feedback,
+    placed_observer,
 )
 from slewctl.design.placement.plain import Balanced, exactly
 from slewctl.design.placement.pole_pairs import (
     LonePole,
-    OpenLoop,
     PolePair,
     Roots,
     flexible_modes,
     mode_name,
     open_loop,
 )
+from slewctl.design.placement.sampled_energy import SampledEnergy
+from slewctl.design.placement.sampled_placement import PlacedEstimate
 from slewctl.design.placement.wishes import (
     Wanted,
     check_damped,
@@ -41,8 +38,8 @@ from slewctl.design.placement.wishes import (
     matched,
     wished,
 )
-from slewctl.design.result import Check, Controller, finished
-from slewctl.errors import AccuracyError, DesignError, InputError, check_positive
+from slewctl.design.result import Controller, finished
+from slewctl.errors import InputError, check_positive
 from slewctl.numerics.given_system import read_matrix
 from slewctl.numerics.linear_system import linear
 from slewctl.plant import GeneralisedPlant
@@ -62,6 +59,8 @@ def pole_placement(
     observer_speed: float | None = None,
     observer_damping: float | None = None,
     observer_poles: Sequence[Pole] | None = None,
+    sample_time: float | None = None,
+    delay: float = 0.0,
 ) -> Controller:
     """Return an observer with state feedback whose poles are placed as wished.
 
@@ -95,6 +94,13 @@ def pole_placement(
         they have less by themselves, by default 0.1; 0 keeps their poles in the observer too.
     observer_poles : list, optional
         Instead of speed and damping: explicit poles of the observer, as `poles`.
+    sample_time : float, optional
+        T in s.  Given, the controller is a sampled one, and each pole s is placed at z = e^(sT)
+        on the sampled plant itself.
+    delay : float
+        Time in s from a sample to the output that is computed from it, up to ten of them: the
+        state feedback acts on the state predicted for then, and the delay adds poles at z = 0
+        alone.
 
     Returns
     -------
@@ -122,9 +128,10 @@ def pole_placement(
     True
     """
     start = perf_counter()
+    T = check_clock(plant, sample_time, delay)
     energy = scaled(plant)
     loop = open_loop(energy.A)
-    own = _own(energy, loop)
+    own = own_pairs(energy, loop)
     alone = left_alone(leave, flexible_modes(own))
     if poles is None:
         if bandwidth_hz is None:
@@ -154,23 +161,33 @@ def pole_placement(
         )
         seen = _explicitly(own, observer_poles, "observer_poles", alone)
         check_damped(own, seen)
-    control, observer = (
-        _state_feedback(plant.actuator, energy, loop, wanted),
-        _observer(energy, loop, seen),
-    )
+    said = [_poles_said("state feedback", own, wanted), _poles_said("observer", own, seen)]
+    if T:
+        sampled = SampledEnergy.of(energy, own, T)
+        loop = sampled.loop(loop)
+        control = placed_feedback(plant.actuator, sampled, loop, sampled.mapped(wanted))
+        observer = placed_observer(sampled, loop, sampled.mapped(seen))
+        gains = control.gain, observer.gain
+        estimate = PlacedEstimate(plant, T, float(delay), "pole_placement", None, *gains)
+        system = estimate.system()
+        said = [estimate.timing, *said, f"each pole s is placed at z = e^(sT), T = {T:g} s"]
+    else:
+        control = placed_feedback(plant.actuator, energy, loop, wanted)
+        observer = placed_observer(energy, loop, seen)
+        system = observer_feedback(plant, control.gain, observer.gain, "pole_placement")
     return finished(
         plant,
-        observer_feedback(plant, control.gain, observer.gain, "pole_placement"),
+        system,
         "pole-placement",
         {"state_feedback": control.gain, "observer": observer.gain},
         checks=(control.check("state feedback"), observer.check("observer")),
         assumptions=(
-            _poles_said("state feedback", own, wanted),
-            _poles_said("observer", own, seen),
-            control.described("state feedback", energy.rate),
-            observer.described("observer", energy.rate),
+            *said,
+            control.described("state feedback"),
+            observer.described("observer"),
         ),
         seconds={"solve": perf_counter() - start},
+        delay=float(delay),
     )
 
 
@@ -222,8 +239,8 @@ def place(plant: Any, *given: Any) -> Array:
             energy = Balanced.of(system.A, system.B)
         actuator = "input"
     loop = open_loop(energy.A)
-    wanted = matched(_own(energy, loop), explicit(poles, "poles"), "poles")
-    return _state_feedback(actuator, energy, loop, wanted).verified.gain
+    wanted = matched(own_pairs(energy, loop), explicit(poles, "poles"), "poles")
+    return placed_feedback(actuator, energy, loop, wanted).verified.gain
 
 
 @guarded
@@ -261,85 +278,8 @@ def place_observer(plant: GeneralisedPlant, poles: Sequence[Pole]) -> Array:
     """
     energy = scaled(plant)
     loop = open_loop(energy.A)
-    wanted = matched(_own(energy, loop), explicit(poles, "poles"), "poles")
-    return _observer(energy, loop, wanted).verified.gain
-
-
-@dataclass(frozen=True, eq=False)
-class _Placed:
-    """A gain in the plant's coordinates and what its poles came to."""
-
-    gain: Array
-    error: Misplacement
-    sensitivity: PoleSensitivity
-
-    @property
-    def verified(self) -> _Placed:
-        """The same, if its poles are where they should be."""
-        if not self.error.change <= MISPLACED:
-            raise AccuracyError(
-                f"recomputed poles differ by up to {self.error.distance:.1e} of their magnitude "
-                "from those wanted",
-                where="poles",
-                remedy="move fewer modes, or move them less far",
-            )
-        return self
-
-    def check(self, what: str) -> Check:
-        return Check(f"poles of the {what}, in changes of its matrix", self.error.change, MISPLACED)
-
-    def described(self, what: str, rate: float) -> str:
-        found = self.sensitivity
-        worst = int(np.argmax(found.condition))
-        hertz = abs(found.poles[worst]) * rate / (2 * np.pi)
-        return (
-            f"sensitivity of the {what}: eigenvectors of condition {found.eigenvectors:.3g} in "
-            f"energy coordinates; the most sensitive pole, at {hertz:.4g} Hz, has condition "
-            f"{found.condition[worst]:.3g}; recomputed poles differ by up to "
-            f"{self.error.distance:.1e} of their magnitude"
-        )
-
-
-def _state_feedback(
-    actuator: str, energy: ScaledPlant | Balanced, loop: OpenLoop, wanted: Wanted
-) -> _Placed:
-    hidden = out_of_reach(loop, energy.B2, sorted(wanted))
-    if hidden is not None:
-        what = f"not reached by the {actuator}"
-        raise _cannot_move(energy, loop, hidden, what, "leave", "leave it alone")
-    gain = assign(loop, energy.B2, _scaled_down(wanted, energy.rate))
-    closed = energy.A - energy.B2 @ gain
-    return _placed(energy.state_feedback(gain), closed, loop, wanted, energy.rate)
-
-
-def _observer(energy: ScaledPlant, loop: OpenLoop, wanted: Wanted) -> _Placed:
-    dual, sensors = loop.dual, energy.C2.T
-    hidden = out_of_reach(dual, sensors, sorted(wanted))
-    if hidden is not None:
-        angle = "add a sensor of the angle itself, such as noise.theta"
-        remedy = "name it in leave, or add a sensor that sees it" if hidden else angle
-        raise _cannot_move(energy, loop, hidden, "not seen by any sensor", "noise", remedy)
-    gain = assign(dual, sensors, _scaled_down(wanted, energy.rate)).T
-    closed = energy.A - gain @ energy.C2
-    return _placed(energy.observer_gain(gain), closed, loop, wanted, energy.rate)
-
-
-def _placed(gain: Array, closed: Array, loop: OpenLoop, wanted: Wanted, rate: float) -> _Placed:
-    pairs = {**dict(enumerate(loop.pairs)), **_scaled_down(wanted, rate)}
-    roots = [pole for pair in pairs.values() for pole in pair.poles]
-    return _Placed(gain, misplacement(closed, roots), pole_sensitivity(closed))
-
-
-def _cannot_move(
-    energy: ScaledPlant | Balanced, loop: OpenLoop, mode: int, what: str, where: str, remedy: str
-) -> DesignError:
-    roots = loop.pairs[mode].times(energy.rate)
-    if isinstance(energy, Balanced):  # no arm, whose modes have names
-        where, remedy = "B", "keep it where it is, or give an input that moves it"
-        name = f"one of the poles {', '.join(f'{pole:.4g}' for pole in roots.poles)}"
-    else:
-        name = mode_name(mode, roots)
-    return DesignError(f"{name} is {what} and cannot be moved", where=where, remedy=remedy)
+    wanted = matched(own_pairs(energy, loop), explicit(poles, "poles"), "poles")
+    return placed_observer(energy, loop, wanted).verified.gain
 
 
 def _explicitly(own: Sequence[Roots], given: object, where: str, alone: frozenset[int]) -> Wanted:
@@ -355,14 +295,6 @@ def _refuse_beside(poles: str, **wishes: object) -> None:
                 where=name,
                 remedy=f"give either {name} or {poles}",
             )
-
-
-def _own(energy: ScaledPlant | Balanced, loop: OpenLoop) -> list[Roots]:
-    return [pair.times(energy.rate) for pair in loop.pairs]
-
-
-def _scaled_down(wanted: Wanted, rate: float) -> Wanted:
-    return {number: pair.times(1 / rate) for number, pair in wanted.items()}
 
 
 def _poles_said(what: str, own: Sequence[Roots], wanted: Wanted) -> str:

@@ -17,14 +17,13 @@ from slewctl._types import Array
 from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
 from slewctl.design.riccati.lqr_kalman import check_assumptions, optimal_filter
+from slewctl.design.sampled_estimate import INTEGRAL_STATE
 from slewctl.errors import DesignError, InputError
 from slewctl.numerics.h2_norm import h2_cost
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import Regulator, RiccatiSolution
 from slewctl.numerics.observability import pole_rounding
 from slewctl.plant import GeneralisedPlant
-
-INTEGRAL_STATE = "theta_integral"
 
 
 def angle_sensor(plant: GeneralisedPlant) -> int:

@@ -7,6 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from slewctl.design.breakdown import guarded
+from slewctl.design.clocked import read_clock
 from slewctl.design.observer import observer_feedback, observer_reference
 from slewctl.design.result import Controller, finished
 from slewctl.design.riccati.discrete_lqg import sampled_plant_lqg
@@ -90,14 +91,9 @@ def lqg(
         return sampled_plant_lqg(plant)
     if integral_limit is not None:
         check_positive(integral_limit, "integral_limit")
-    if sample_time is not None:
-        return sampled_lqg(plant, sample_time, delay, integral_limit)
-    if check_nonnegative(delay, "delay") > 0:
-        raise InputError(
-            "a computational delay without a sample time",
-            where="delay",
-            remedy="give sample_time too, or leave the delay out",
-        )
+    clock = read_clock(sample_time, delay)
+    if clock:
+        return sampled_lqg(plant, **clock, integral_limit=integral_limit)
     if integral_limit is not None:
         return integral_lqg(plant, integral_limit)
     return _plain_lqg(plant)

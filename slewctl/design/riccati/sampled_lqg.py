@@ -20,30 +20,27 @@ from time import perf_counter
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
-from slewctl.design.riccati.integral_action import INTEGRAL_STATE, angle_sensor, slowest_motion
+from slewctl.design.riccati.integral_action import angle_sensor, slowest_motion
 from slewctl.design.riccati.lqr_kalman import check_assumptions
-from slewctl.errors import check_positive
-from slewctl.numerics.linear_system import LinearSystem
+from slewctl.design.sampled_estimate import SampledEstimate
 from slewctl.numerics.matrix_equations import RiccatiSolution, solve_discrete_riccati
-from slewctl.plant import GeneralisedPlant, SampledPlant, sampled_plant, split_delay
+from slewctl.plant import GeneralisedPlant
 
 
 def sampled_lqg(
     plant: GeneralisedPlant, sample_time: float, delay: float, integral_limit: float | None
 ) -> Controller:
     """Return the sampled LQG controller; see `slewctl.lqg`."""
-    T = check_positive(sample_time, "sample_time")
-    split_delay(T, delay)
+    T = sample_time
     angle = None if integral_limit is None else angle_sensor(plant)
     check_assumptions(plant)
     start = perf_counter()
-    design = _Design(plant, T, float(delay), angle, integral_limit)
+    design = _Design(plant, T, float(delay), "lqg", angle, integral_limit)
     whole, short = design.whole, design.short
     sampled = perf_counter()
     regulator, observer = design.regulator, design.observer
-    assumptions = _assumptions(T, float(delay), integral_limit)
+    assumptions = (design.timing, *_assumptions(T, integral_limit))
     if angle is not None:
         assumptions = (*assumptions, slowest_motion(*design.dynamics, regulator.gain, T))
     solved = perf_counter()
@@ -76,10 +73,8 @@ def sampled_lqg(
     )
 
 
-def _assumptions(T: float, delay: float, limit: float | None) -> tuple[str, ...]:
+def _assumptions(T: float, limit: float | None) -> tuple[str, ...]:
     words = (
-        f"the sensors are read at t_k = k·{T:g} s; the torque computed from the reading at t_k is "
-        f"held from t_k + {delay:g} s to t_(k+1) + {delay:g} s",
         "white torque noise of the objective's density, integrated exactly between the samples",
         f"sensor noise of density n averaged over a sample: variance n²/T, T = {T:g} s, "
         "independent from sample to sample, without the lag of an averaging filter",
@@ -96,38 +91,15 @@ def _assumptions(T: float, delay: float, limit: float | None) -> tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class _Design:
-    """The pieces of a sampled design, each computed once.
+class _Design(SampledEstimate):
+    """The pieces of a sampled design, each computed once."""
 
-    The regulator's states are [x; the input on its way, for a fraction of a sample; σ].
-    """
-
-    plant: GeneralisedPlant
-    T: float
-    delay: float
-    angle: int | None
     limit: float | None
 
-    @cached_property
-    def whole(self) -> SampledPlant:
-        """The plant with all of the delay."""
-        return sampled_plant(self.plant, self.T, self.delay)
-
-    @cached_property
-    def short(self) -> SampledPlant:
-        """The plant with the fraction of the delay: what u meets when it arrives."""
-        samples, fraction = split_delay(self.T, self.delay)
-        return sampled_plant(self.plant, self.T, fraction) if samples else self.whole
-
     @property
-    def ahead(self) -> int:
-        """Number of samples by which the state is predicted."""
-        return self.whole.waiting - self.short.waiting
-
-    @property
-    def dynamics(self) -> tuple[Array, Array]:
-        """A and B of the regulator's states."""
-        return self._augmented(self.short)
+    def feedback(self) -> Array:
+        """K of the regulator."""
+        return self.regulator.gain
 
     @cached_property
     def regulator(self) -> RiccatiSolution:
@@ -158,25 +130,6 @@ class _Design:
         C, P = self.plant.C2, self.observer.X
         return np.asarray(np.linalg.solve(C @ P @ C.T + self.whole.sensor_noise, C @ P).T)
 
-    def _augmented(self, plant: SampledPlant) -> tuple[Array, Array]:
-        """Return A and B of a sampled plant with σ_{k+1} = σ_k + T θ_k, if there is one."""
-        if self.angle is None:
-            return plant.A, plant.B
-        n = len(plant.A)
-        A = np.zeros((n + 1, n + 1))
-        A[:n, :n], A[n, n] = plant.A, 1.0
-        A[n, :n] = self.T * plant.C[self.angle]
-        return A, np.vstack([plant.B, [[0.0]]])
-
-    @cached_property
-    def _gain(self) -> Array:
-        """Gain on the states of the whole plant: K of the regulator on the prediction."""
-        A = self._augmented(self.whole)[0]
-        n, size = len(self.plant.A), len(A)
-        met = [*range(n), *([n + self.whole.waiting - 1] if self.short.waiting else [])]
-        met += [size - 1] if self.angle is not None else []
-        return self.regulator.gain @ np.linalg.matrix_power(A, self.ahead)[met]
-
     @cached_property
     def _price(self) -> Array:
         """R + BᵀXB of the regulator."""
@@ -184,7 +137,7 @@ class _Design:
         return self.short.cost[-1:, -1:] + B.T @ self.regulator.X @ B
 
     @cached_property
-    def _surprise(self) -> float:
+    def surprise(self) -> float:
         """Gain on the part of θ's reading that is noise, which σ takes in as well."""
         if self.angle is None:
             return 0.0
@@ -192,58 +145,6 @@ class _Design:
             return float(self.regulator.gain[0, -1] * self.T)
         B = self.dynamics[1]
         return float((B.T @ self.regulator.X)[0, -1] * self.T / self._price[0, 0])
-
-    def system(self) -> LinearSystem:
-        """Return the controller: states x̂_{k|k−1}, inputs on their way, σ_k."""
-        F, G, H, J = self._observer
-        states = [f"{state}_estimate" for state in self.whole.path.state_labels]
-        return LinearSystem(
-            F - H @ (self._gain - J @ self._seen),
-            G - H @ J,
-            J @ self._seen - self._gain,
-            -J,
-            self.T,
-            inputs=list(self.plant.sensors),
-            outputs=[self.plant.actuator],
-            states=[*states, *([] if self.angle is None else [INTEGRAL_STATE])],
-            name="lqg",
-        )
-
-    @cached_property
-    def _seen(self) -> Array:
-        """C from the controller's states: what the filter expects to measure."""
-        return np.hstack([self.whole.C, np.zeros((len(self.whole.C), int(self.angle is not None)))])
-
-    @cached_property
-    def _observer(self) -> tuple[Array, Array, Array, Array]:
-        """F, G, H of s⁺ = F s + G y + H u, and J of u = −gain·s − J (y − C s)."""
-        n, size = len(self.plant.A), len(self._gain[0])
-        A, H = self._augmented(self.whole)
-        M = np.zeros((size, len(self.plant.sensors)))
-        M[:n] = self.correction
-        F, G = A @ (np.eye(size) - M @ self._seen), A @ M
-        J = self._gain @ M
-        if self.angle is not None:
-            # σ takes in the measurement itself, not its estimate.
-            F[-1], G[-1] = np.eye(size)[-1], self.T * np.eye(len(G[0]))[self.angle]
-            noise = np.eye(len(G[0])) - self.plant.C2 @ self.correction
-            J = J + self._surprise * noise[self.angle]
-        return F, G, H, J
-
-    def reference(self) -> Reference | None:
-        """Return how the reference enters: by commanding the state, and σ by its error."""
-        rest = at_rest(self.plant)
-        if rest is None:
-            return None
-        H, size = self._observer[2], len(self._gain[0])
-        there = np.zeros((size, 1))
-        there[: len(self.plant.A)] = rest[0]
-        there[len(self.plant.A) : len(self.whole.A)] = rest[1]
-        entry = self._gain @ there + rest[1]
-        B = H @ entry
-        if self.angle is not None:
-            B[-1] -= self.T
-        return Reference(B, entry)
 
     @property
     def cost(self) -> float:
@@ -255,7 +156,7 @@ class _Design:
         """
         K, X = self.regulator.gain, self.regulator.X
         n, size = len(self.plant.A), len(X)
-        A = self._augmented(self.short)[0]
+        A = self.augmented(self.short)[0]
         W = np.zeros((size, size))
         W[:n, :n] = self.short.noise[:n, :n]
         error = np.zeros((size, size))
@@ -266,8 +167,8 @@ class _Design:
             sensor = float(self.short.sensor_noise[self.angle, self.angle])
             W[-1, -1] = self.T**2 * sensor
             if not self.ahead:
-                missed[:, :n] -= self._surprise * C[self.angle]
-                gained = self._surprise**2 * sensor
+                missed[:, :n] -= self.surprise * C[self.angle]
+                gained = self.surprise**2 * sensor
         if self.ahead:
             error[:n, :n] = P  # a sample later; σ takes in what was measured, so it is known
         for _ in range(self.ahead - 1):

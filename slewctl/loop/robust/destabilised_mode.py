@@ -65,10 +65,17 @@ class DestabilisedMode:
     separation: float | None
 
     def __str__(self) -> str:
+        return self._text(" (neglected)" if self.neglected else " (kept)")
+
+    @property
+    def place(self) -> str:
+        """Mode and pole in words, without whether the design knew the mode."""
+        return self._text("")
+
+    def _text(self, kind: str) -> str:
         name = f"mode {self.number}" if self.number else "the rigid-body rotation"
-        kind = "neglected" if self.neglected else "kept"
         return (
-            f"{name} at {self.frequency_hz:.4g} Hz ({kind}), as a pole at "
+            f"{name} at {self.frequency_hz:.4g} Hz{kind}, as a pole at "
             f"{self.pole.real:.3g} ± {abs(self.pole.imag):.4g}j rad/s"
         )
 
@@ -225,7 +232,8 @@ def _followed_back(matrix: Callable[[float], Array], start: complex) -> _Origin 
             t -= reach
             here, k = found, int(nearest)
             pole = here.poles[k]
-            apart = np.partition(np.abs(here.poles - pole), 1)[1] / abs(pole)
+            apart = np.partition(np.abs(here.poles - pole), 1)[1]
+            apart = apart / abs(pole) if pole else 0.0  # the rigid body's two poles are one
             closest = min(closest, float(apart))
             step = min(2 * step, _STEP)
         elif reach <= _SMALLEST_STEP:

@@ -10,8 +10,8 @@ from scipy.linalg import eigvals
 
 from slewctl._types import Array, ComplexArray
 from slewctl.design.coordinates import balanced
-from slewctl.design.own.zeros_poles import cascade
-from slewctl.errors import InputError, check_choice, check_positive
+from slewctl.design.zeros_poles import cascade
+from slewctl.errors import Faults, InputError, check_choice, check_positive
 from slewctl.numerics.linear_system import LinearSystem
 
 # A Markov parameter that is smaller, relative to what it is made of, is none.
@@ -47,21 +47,41 @@ def discretised(
         For another rule, several inputs where one is wanted, an impossible frequency, or a
         system that the rule cannot take.
     """
-    T = check_positive(sample_time, "sample_time")
-    check_choice(rule, RULES, "discretise")
+    check_rule(sample_time, rule, prewarp_hz)
+    T = float(sample_time)
     if system.sample_time:
         raise InputError(
             "the law is sampled already",
             where="discretise",
             remedy="leave it out, or give the continuous law",
         )
-    if prewarp_hz is not None and rule != "tustin":
-        raise InputError(
-            f"{rule} has nothing to prewarp", where="prewarp_hz", remedy='use it with "tustin"'
-        )
     if rule == "matched":
         return _matched(system, T)
     return _held(system, T) if rule == "zoh" else _trapezoidal(system, T, prewarp_hz)
+
+
+def check_rule(sample_time: float, rule: str, prewarp_hz: float | None) -> None:
+    """Refuse each of what cannot make a continuous law a sampled one, whatever the law."""
+    faults = Faults()
+    T = faults.attempt(check_positive, sample_time, "sample_time")
+    faults.attempt(check_choice, rule, RULES, "discretise")
+    if prewarp_hz is not None:
+        faults.attempt(_check_prewarp, prewarp_hz, rule, T)
+    faults.tell()
+
+
+def _check_prewarp(prewarp_hz: float, rule: str, T: float | None) -> None:
+    check_positive(prewarp_hz, "prewarp_hz")
+    if rule in RULES and rule != "tustin":
+        raise InputError(
+            f"{rule} has nothing to prewarp", where="prewarp_hz", remedy='use it with "tustin"'
+        )
+    if T is not None and prewarp_hz * T >= 0.5:
+        raise InputError(
+            f"{prewarp_hz:g} Hz is not below half the sampling frequency, {0.5 / T:g} Hz",
+            where="prewarp_hz",
+            remedy="give the crossover's frequency, or sample faster",
+        )
 
 
 def _like(system: LinearSystem, matrices: Sequence[Array], T: float) -> LinearSystem:
@@ -74,13 +94,7 @@ def _like(system: LinearSystem, matrices: Sequence[Array], T: float) -> LinearSy
 def _trapezoidal(system: LinearSystem, T: float, prewarp_hz: float | None) -> LinearSystem:
     step = T
     if prewarp_hz is not None:
-        omega = 2 * math.pi * check_positive(prewarp_hz, "prewarp_hz")
-        if omega * T >= math.pi:
-            raise InputError(
-                f"{prewarp_hz:g} Hz is not below half the sampling frequency, {0.5 / T:g} Hz",
-                where="prewarp_hz",
-                remedy="give the crossover's frequency, or sample faster",
-            )
+        omega = 2 * math.pi * prewarp_hz
         step = 2 * math.tan(omega * T / 2) / omega
     return _by_scipy(system, T, step, "bilinear")
 

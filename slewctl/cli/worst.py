@@ -1,0 +1,134 @@
+"""The command ``worst``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from slewctl.cli.options import options_named
+from slewctl.cli.terminal import OUT, PATIENCE, number_table, progress, show
+from slewctl.compare import QUANTITIES, WorstCase, worst_case
+from slewctl.compare.arm_box import box_bounds
+from slewctl.compare.quantities import UNWEIGHTED, WEIGHTED
+from slewctl.errors import InputError, check_choice, shown
+from slewctl.export import toml_text
+from slewctl.files import DesignFile, read_design
+from slewctl.files.uncertainty import Uncertainty
+
+# Arms of the table, the worst first.
+_SHOWN = 8
+_OPTIONS = {"box": "--box", "quantity": "--quantity", "samples": "--samples",
+            "searches": "--searches", "evaluations": "--evaluations", "seed": "--seed"}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command line says; None where it says nothing and the file does, or the default."""
+
+    box: Sequence[str]
+    quantity: str | None
+    samples: int | None
+    searches: int | None
+    evaluations: int | None
+    seed: int | None
+
+
+def print_worst(design: Path, asked: Asked, as_json: bool) -> int:
+    """Print the worst arm in a box of a design; return 1 where its loop is unstable."""
+    file = read_design(design)
+    with options_named(_OPTIONS):
+        search = _search(file, asked)
+    with progress(search.most_arms, every=PATIENCE) as step, file.source.computing():
+        found = worst_case(file.case, search.box, **search.asked, progress=step)
+    if as_json:
+        from slewctl.report.export import json_text  # loads what draws the reports
+
+        OUT.text(json_text(_record(found)).rstrip())
+    else:
+        _print(found)
+    return 0 if found.stable else 1
+
+
+def _search(file: DesignFile, asked: Asked) -> Uncertainty:
+    """Return what is sought: the command line's words before the file's."""
+    own = file.uncertainty
+    box = dict(map(_interval, asked.box)) or (own.box if own else {})
+    if not box:
+        raise InputError(
+            "no box: the file has no [uncertainty], and none is named",
+            where="box",
+            remedy="give one, as in --box payload_mass=0:0.2 --box stiffness_factor=0.9:1.1",
+        )
+    box_bounds(box, file.case.arm)
+    said: dict[str, Any] = own.asked if own else Uncertainty({}, "disk_margin", 32, 2).asked
+    said |= {key: value for key in said if (value := getattr(asked, key)) is not None}
+    for name, count in (("seed", "samples"), ("evaluations", "searches")):
+        if getattr(asked, count) == 0 and getattr(asked, name) is None:
+            said[name] = None  # the file's means nothing then
+    check_choice(said["quantity"], QUANTITIES, "quantity")
+    if QUANTITIES[said["quantity"]].kind in WEIGHTED and not file.case.objective.weighted:
+        raise InputError(UNWEIGHTED, where="quantity", remedy="ask for a margin")
+    for name, count in (("seed", "samples"), ("evaluations", "searches")):
+        if said[name] is not None and not said[count]:
+            raise InputError("means nothing where none are made", where=name, remedy="leave it out")
+    return Uncertainty(box, **said)
+
+
+def _interval(text: str) -> tuple[str, tuple[float, float]]:
+    """Return the property and the range of NAME=LOW:HIGH."""
+    name, _, interval = text.partition("=")
+    low, _, high = interval.partition(":")
+    try:
+        return name.strip(), (float(low), float(high))
+    except ValueError:
+        raise InputError(
+            f"{shown(text)} is not NAME=LOW:HIGH",
+            where="box",
+            remedy="give it as in payload_mass=0:0.2",
+        ) from None
+
+
+def _print(found: WorstCase) -> None:
+    OUT.print(str(found))
+    nominal = found.nominal
+    OUT.print(f"the arm as it is: {_value(found, nominal.value, nominal.stable)}")
+    if found.unstable:
+        OUT.print(f"unstable on {found.unstable} of the {found.tried} arms")
+    if not found.confirmed:
+        OUT.print(f"NOT confirmed: {found.worst.reading.doubt}")
+    show(_table(found))
+    text = toml_text({"variations": {"worst": dict(found.properties)}})
+    OUT.print("to hold it in the gate whatever the search finds, add to the design file:")
+    OUT.text(text[text.index("[variations.worst]") :].rstrip())
+
+
+def _value(found: WorstCase, value: float, stable: bool) -> str:
+    if not stable:
+        return f"unstable, growing at {-value:.3g} 1/s"
+    return f"{found.quantity} {value:.4g} {QUANTITIES[found.quantity].unit}".rstrip()
+
+
+def _table(found: WorstCase) -> Table:
+    """Return the worst arms, the worst first."""
+    table = number_table(*found.properties, found.quantity, "at (Hz)", "how")
+    sign = 1 if QUANTITIES[found.quantity].better == "greater" else -1
+    ranked = sorted(found.trials, key=lambda t: (t.stable, t.value * (sign if t.stable else 1)))
+    for trial in ranked[:_SHOWN]:
+        hertz = "" if trial.frequency_hz is None else f"{trial.frequency_hz:.4g}"
+        value = f"{trial.value:.4g}" if trial.stable else f"unstable ({-trial.value:.3g} 1/s)"
+        numbers = [f"{number:.5g}" for number in trial.properties.values()]
+        table.add_row(*numbers, value, hertz, trial.how)
+    return table
+
+
+def _record(found: WorstCase) -> dict[str, Any]:
+    worst = {"properties": dict(found.properties), "stable": found.stable, "value": found.value,
+             "frequency_hz": found.frequency_hz, "at_corner": found.at_corner,
+             "confirmed": found.confirmed}  # fmt: skip
+    nominal = {"stable": found.nominal.stable, "value": found.nominal.value}
+    return {"quantity": found.quantity, "worst": worst, "nominal": nominal,
+            "modes": found.modes, "trials": found.rows()}  # fmt: skip
