@@ -6,6 +6,7 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.arm.damping import KelvinVoigt, Rayleigh
+    from slewctl.arm.joint import Joint
     from slewctl.arm.lumped import LumpedLink, quanser_lumped
     from slewctl.arm.motor import Motor
     from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
@@ -16,6 +17,7 @@ __all__ = [
     "Arm",
     "Beam",
     "Hub",
+    "Joint",
     "KelvinVoigt",
     "LumpedLink",
     "Motor",

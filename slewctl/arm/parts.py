@@ -11,6 +11,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.joint import Joint
 from slewctl.arm.magnitudes import check_length, check_size_or_zero
 from slewctl.arm.motor import Motor
 from slewctl.arm.profiles import Profile, ProfileSpec, Stations, as_profile
@@ -95,7 +96,7 @@ class Hub:
     Parameters
     ----------
     inertia : float
-        J_h about the axis, in kg·m², without the rotor that `Motor.rotor_inertia` gives.
+        J_h about the axis, in kg·m², without the rotor that `Motor` or `Joint` gives.
     radius : float
         r in m: the beam is clamped at this distance from the axis.
     friction : float
@@ -163,6 +164,8 @@ class Arm:
         A damping law.
     motor : Motor, optional
         What turns the hub; without one only the torque is known.
+    joint : Joint, optional
+        An elastic joint between the rotor and the hub, which without one turn as one.
     name : str
         For tables and reports.
 
@@ -181,6 +184,7 @@ class Arm:
     damping_ratio: float | Sequence[float] = 0.0
     damping: Rayleigh | KelvinVoigt | None = None
     motor: Motor | None = None
+    joint: Joint | None = None
     name: str = "arm"
 
     def __post_init__(self) -> None:
@@ -189,6 +193,13 @@ class Arm:
         _check_part(self.payload, (Payload,), "payload")
         _check_part(self.damping, (Rayleigh, KelvinVoigt, type(None)), "damping")
         _check_part(self.motor, (Motor, type(None)), "motor")
+        _check_part(self.joint, (Joint, type(None)), "joint")
+        if self.joint is not None and self.rotor_inertia == 0:
+            raise InputError(
+                "a rotor without inertia",
+                where="joint.rotor_inertia",
+                remedy="give it, on the output side of the gear, or motor.rotor_inertia",
+            )
         if not isinstance(self.name, str):
             raise InputError(
                 f"{shown(self.name)} is not text", where="arm.name", remedy="give a str"
@@ -196,9 +207,15 @@ class Arm:
         object.__setattr__(self, "damping_ratio", _damping_ratio(self.damping_ratio))
 
     @property
+    def rotor_inertia(self) -> float:
+        """Inertia J_m of the rotor on the output side, in kg·m²: the motor's and the joint's."""
+        motor = self.motor.reflected_inertia if self.motor else 0.0
+        return motor + (self.joint.rotor_inertia if self.joint else 0.0)
+
+    @property
     def hub_inertia(self) -> float:
-        """Inertia that turns with the hub, in kg·m²: the hub's own and the motor's rotor's."""
-        return self.hub.inertia + (self.motor.reflected_inertia if self.motor else 0.0)
+        """Inertia of hub and rotor in kg·m², which turn as one or with a joint between them."""
+        return self.hub.inertia + self.rotor_inertia
 
     def damping_ratios(self, modes: int) -> Array:
         """Return the damping ratio ζ of each of the first flexible modes, shape (modes,)."""
@@ -240,7 +257,7 @@ def arm_table(arm: Arm) -> dict[str, Any]:
             for key in ("length", "mass_per_length", "bending_stiffness")}  # fmt: skip
     table: dict[str, Any] = {"name": arm.name, "damping_ratio": arm.damping_ratio or None}
     table["beam"] = beam
-    for key in ("hub", "payload", "motor"):
+    for key in ("hub", "payload", "motor", "joint"):
         part = getattr(arm, key)
         table[key] = None if part is None else _kept(asdict(part))
     if arm.damping is not None:

@@ -12,6 +12,7 @@ from slewctl.arm import (
     Arm,
     Beam,
     Hub,
+    Joint,
     KelvinVoigt,
     Motor,
     Payload,
@@ -138,6 +139,7 @@ def arm_of_table(table: ArmTable) -> Arm:
         "payload": table.payload
         and faults.attempt(_changed, arm.payload if arm else Payload(), table.payload),
         "motor": table.motor and faults.attempt(Motor, **table.motor.model_dump()),
+        "joint": table.joint and faults.attempt(Joint, **table.joint.model_dump()),
         "damping": None if table.damping is None else faults.attempt(_damping, table.damping),
         "damping_ratio": ratio,
         "name": table.name or None,

@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from slewctl.arm import Hub, Motor, Payload, Rayleigh
+from slewctl.arm import Hub, Joint, Motor, Payload, Rayleigh
 from slewctl.compare import Case, Grid
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -122,6 +122,22 @@ class MotorTable(Table):
     ] = None
 
 
+class JointTable(Table):
+    """``[arm.joint]``."""
+
+    stiffness: Annotated[Positive, _told("N·m/rad", "on the output side of the gear", 100.0)]
+    damping: Annotated[
+        NonNegative, _told("N·m·s/rad", "between rotor and hub, on the output side", 0.05)
+    ] = Joint.damping
+    rotor_inertia: Annotated[
+        NonNegative,
+        _told("kg·m²", "on the output side, beside the motor's own times its ratio squared", 0.01),
+    ] = Joint.rotor_inertia
+    rotor_friction: Annotated[
+        NonNegative, _told("N·m·s/rad", "viscous, of the rotor, on the output side", 0.1)
+    ] = Joint.rotor_friction
+
+
 class ArmTable(Table):
     """``[arm]``: a catalogue arm, changed where keys are given, or a full description.
 
@@ -158,6 +174,14 @@ class ArmTable(Table):
             "table",
             "a DC motor; without one only the torque is known",
             {"resistance": 2.6, "torque_constant": 0.0077, "back_emf_constant": 0.0077},
+        ),
+    ] = None
+    joint: Annotated[
+        JointTable | None,
+        _told(
+            "table",
+            "an elastic joint between the rotor and the hub",
+            {"stiffness": 100.0, "rotor_inertia": 0.01},
         ),
     ] = None
     damping: Annotated[

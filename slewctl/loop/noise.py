@@ -64,7 +64,7 @@ def _watched(loop: Loop) -> GeneralisedPlant:
     """Return the loop's plant with tip, torque and voltage in the place of its performance."""
     plant, motor = loop.plant, loop.model.arm.motor
     actuator = loop.objective.actuator
-    rows = np.asarray(arm_equations(loop.model, ("tip", "theta_dot"), actuator).C)
+    rows = np.asarray(arm_equations(loop.model, ("tip", "theta_motor_dot"), actuator).C)
     nothing, rate = np.zeros(rows.shape[1]), rows[1]
     outputs: dict[str, tuple[Array, float]] = {_TIP: (rows[0], 0.0)}
     if actuator == TORQUE or motor is None:

@@ -45,7 +45,7 @@ def nonlinear_system(
     Returns
     -------
     control.NonlinearIOSystem
-        Continuous; 2(n+1) states θ, q1 … qn and their rates.
+        Continuous, with the states of `state_space`.
 
     Warns
     -----
@@ -71,14 +71,14 @@ def nonlinear_system(
     names = check_signals(outputs, "outputs", model.arm.beam)
     check_choice(input, ACTUATORS, "input")
     gain, drag = drive(model.arm, input)
-    coordinates = ["theta", *(f"q{i}" for i in range(1, model.n + 1))]
+    coordinates = model.coordinates
     reading = _Readings(equations, names)
 
     def torque(state: Array, u: Array) -> float:
         return float(gain * u[0] - drag * state[model.n + 1])
 
     def update(t: float, state: Array, u: Array, params: dict[str, Any]) -> Array:
-        rate = float(state[model.n + 1])
+        rate = float(model.turning @ state[model.n + 1 :])
         if abs(rate) > equations.critical_spin_rad_s:
             warn_of_softening(rate, equations.critical_spin_rad_s)
         return equations.derivative(state, torque(state, u))

@@ -49,14 +49,17 @@ def state_space(
     model : Model
     outputs : sequence of str, or str
         Any of ``theta`` (rad), ``theta_dot`` (rad/s), ``tip`` (m, along the arc),
-        ``tip_dot`` (m/s), ``tip_acceleration`` (m/s²), ``tip_deflection`` (m) and
+        ``theta_motor`` (rad) and ``theta_motor_dot`` (rad/s), the rotor's behind an elastic
+        joint, ``tip_dot`` (m/s), ``tip_acceleration`` (m/s²), ``tip_deflection`` (m) and
         ``root_moment`` (N·m), and sensors at a station: ``moment@50mm`` (N·m),
         ``deflection@50mm`` (m) and ``acceleration@50mm`` (m/s²); see `signal`.
     input : {"torque", "voltage"}
-        Torque: the torque on the hub, as of a motor under current control.  Voltage: that
-        of the arm's motor, whose back-EMF is then friction at the hub.
+        Torque: the torque on the hub, or on the rotor behind an elastic joint, as of a motor
+        under current control.  Voltage: that of the arm's motor, whose back-EMF is then
+        friction there.
     coordinates : {"physical", "modal"}
-        Physical: states θ, q_1 … q_n and their rates; A and B are those of eq. 44, with
+        Physical: states θ, q_1 … q_n and their rates (with an elastic joint ``theta_motor``
+        and ``twist`` in the place of θ); A and B are those of eq. 44, with
         damping.  Modal: x = Uη, so that A consists of diagonal blocks; this is the
         better conditioned one.
     sample_time : float, optional
@@ -66,7 +69,8 @@ def state_space(
     Returns
     -------
     control.StateSpace
-        2(n+1) states, input ``torque`` in N·m or ``voltage`` in V.
+        2(n+1) states, two more with an elastic joint; input ``torque`` in N·m or ``voltage``
+        in V.
 
     Raises
     ------
@@ -132,7 +136,7 @@ def require_motor(arm: Arm, where: str) -> Motor:
 
 
 def drive(arm: Arm, actuator: str) -> tuple[float, float]:
-    """Return the torque at rest per unit of the actuator, and its friction at the hub.
+    """Return the torque at rest per unit of the actuator, and its friction where it acts.
 
     Returns
     -------
@@ -156,7 +160,7 @@ def _second_order(model: Model, coordinates: Coordinates, actuator: str) -> _Sec
         squared = np.concatenate([[0.0], model.omega**2])
         return _SecondOrder(np.diag(squared), U.T @ damping @ U, U.T @ force, U, names)
     # M⁻¹ = UUᵀ: the modes are known to full accuracy, so M need not be factorised again.
-    names = ("theta", *(f"q{i}" for i in range(1, model.n + 1)))
+    names = model.coordinates
     return _SecondOrder(
         U @ (U.T @ model.stiffness),
         U @ (U.T @ damping),

@@ -101,6 +101,10 @@ def changed_dynamics(
     gain, drag = drive(arm, actuator)
     alpha, beta = arm.damping.coefficients if arm.damping is not None else (0.0, 0.0)
     c = model.displacement(np.array([arm.beam.length]))[0]
+    bending = model.stiffness.copy()
+    if arm.joint is not None:  # its spring is none of the beam's
+        twist = model.basis.twist
+        bending[1:, 1:] -= arm.joint.stiffness * np.outer(twist, twist)
     added = mass - arm.payload.mass
     U = model.mode_shapes
     spread = U @ (U.T @ c)  # M₀⁻¹c, M₀⁻¹ = UUᵀ
@@ -113,14 +117,14 @@ def changed_dynamics(
     damping = (
         model.damping
         + drag * np.outer(model.input, model.input)
-        + beta * (factor - 1) * model.stiffness
+        + beta * (factor - 1) * bending
         + alpha * added * np.outer(c, c)
     )
     size = len(U)
     A = np.block(
         [
             [np.zeros((size, size)), np.eye(size)],
-            [-accelerated(factor * model.stiffness), -accelerated(damping)],
+            [-accelerated(model.stiffness + (factor - 1) * bending), -accelerated(damping)],
         ]
     )
     B = np.concatenate([np.zeros(size), gain * accelerated(model.input)])[:, None]

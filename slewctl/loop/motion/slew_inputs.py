@@ -12,7 +12,7 @@ from slewctl.loop.closed import Loop
 from slewctl.plant.signals import TORQUE, signal
 
 # Outputs of the loop that the signals are made of; below them stands the actuator.
-WATCHED = ("theta", "theta_dot", "tip", "tip_deflection")
+WATCHED = ("theta", "theta_motor_dot", "tip", "tip_deflection")
 # Signals of a slew, and the voltage behind them where the arm has a motor.
 THETA, TIP, DEFLECTION, HUB_TORQUE, VOLTAGE = range(5)
 
