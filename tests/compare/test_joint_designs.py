@@ -91,7 +91,8 @@ def test_reductions_keep_the_joint() -> None:
 
 
 def test_arm_and_gate_by_file(tmp_path: Path) -> None:
-    text = problem().to_toml(basis="hub-matched", n=2, requirements={"gain_margin_db": 6.0})
+    asked = {"gain_margin_db": 3.0}
+    text = problem().to_toml("pd-notch", bandwidth_hz=0.3, basis="hub-matched", requirements=asked)
     varied = "\n[variations.soft]\njoint_stiffness_factor = 0.9\n\n[variations.stiff]\n"
     path = tmp_path / "joint.toml"
     path.write_text(text + varied + "joint_stiffness = 120.0\n")
