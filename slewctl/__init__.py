@@ -14,6 +14,7 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.arm import (
+        Actuator,
         Arm,
         Beam,
         Hub,
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
         Motor,
         Payload,
         Rayleigh,
+        Sensor,
         Stations,
         vary,
     )
@@ -101,6 +103,7 @@ __version__ = "0.2.0"
 
 __all__ = [
     "AccuracyError",
+    "Actuator",
     "Arm",
     "ArmMatched",
     "Beam",
@@ -125,6 +128,7 @@ __all__ = [
     "Problem",
     "Rayleigh",
     "SampledLoop",
+    "Sensor",
     "Slew",
     "SlewctlError",
     "Slewing",

@@ -6,6 +6,7 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.arm.damping import KelvinVoigt, Rayleigh
+    from slewctl.arm.dynamics import Actuator, Sensor
     from slewctl.arm.joint import Joint
     from slewctl.arm.lumped import LumpedLink, quanser_lumped
     from slewctl.arm.motor import Motor
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from slewctl.arm.variation import vary
 
 __all__ = [
+    "Actuator",
     "Arm",
     "Beam",
     "Hub",
@@ -25,6 +27,7 @@ __all__ = [
     "Profile",
     "ProfileSpec",
     "Rayleigh",
+    "Sensor",
     "Stations",
     "quanser_lumped",
     "vary",

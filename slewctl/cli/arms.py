@@ -42,7 +42,13 @@ def print_arms(name: str | None) -> None:
         return
     arm = catalogue.get(name)
     entry = catalogue.CATALOGUE[name]
-    parts = {"hub": arm.hub, "payload": arm.payload, "motor": arm.motor, "joint": arm.joint}
+    parts = {
+        "hub": arm.hub,
+        "payload": arm.payload,
+        "motor": arm.motor,
+        "joint": arm.joint,
+        "actuator": arm.actuator,
+    }
     texts = {"what": entry.summary, "source": entry.source, "uncertain": entry.uncertain}
     texts["damping ratio to design with"] = str(entry.damping)
     for title, text in {**texts, **parts}.items():

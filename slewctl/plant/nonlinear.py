@@ -12,6 +12,7 @@ from slewctl.errors import check_choice
 from slewctl.model import Model
 from slewctl.model.nonlinear import NonlinearModel, large_slew
 from slewctl.model.spin import warn_of_softening
+from slewctl.plant.readings import refuse_lags
 from slewctl.plant.signals import ACTUATORS, check_signals, signal
 from slewctl.plant.statespace import Actuator, drive
 
@@ -55,7 +56,8 @@ def nonlinear_system(
     Raises
     ------
     InputError
-        For an unknown output or input, or a voltage without a motor.
+        For an unknown output or input, a voltage without a motor, or lags or dead time of
+        the arm's actuator and sensors.
     LargeDeflectionError
         When evaluated at a deflection for which the equations do not hold.
 
@@ -68,6 +70,7 @@ def nonlinear_system(
     ['theta', 'tip']
     """
     equations = large_slew(model, stiffening)
+    refuse_lags(model.arm, "nonlinear_system")
     names = check_signals(outputs, "outputs", model.arm.beam)
     check_choice(input, ACTUATORS, "input")
     gain, drag = drive(model.arm, input)

@@ -14,6 +14,8 @@ from slewctl.errors import InputError, check_choice, check_positive
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.dead_time import late
+from slewctl.plant.readings import driven
 from slewctl.plant.signals import ACTUATORS, TORQUE, VOLTAGE, check_signals, signal
 
 if TYPE_CHECKING:
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 
 Coordinates = Literal["physical", "modal"]
 Actuator = Literal["torque", "voltage"]
+APPLIED = "applied"
+"""What the actuator applies, its lags and dead time included: the last of the outputs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +70,12 @@ def state_space(
         In seconds.  Given, the model is sampled exactly, with a zero-order hold on the
         input.
 
+    Notes
+    -----
+    Of an arm with an `Actuator` the input is its command, and its lags are states beside the
+    arm's, as is the Padé approximation of its dead time.  Outputs are the arm's own: what its
+    `Sensor` objects make of them is in the generalised plant.
+
     Returns
     -------
     control.StateSpace
@@ -76,7 +86,8 @@ def state_space(
     ------
     InputError
         For an unknown output, input or coordinates, a station beyond the tip, a voltage
-        without a motor, or a sample time that is not positive.
+        without a motor, a sample time that is not positive, or one beside a dead time,
+        which `sampled_plant` takes exactly.
 
     Examples
     --------
@@ -87,10 +98,18 @@ def state_space(
     >>> G.nstates, G.input_labels, G.output_labels
     (6, ['torque'], ['theta', 'tip'])
     """
-    continuous = arm_equations(model, outputs, input, coordinates).to_control()
+    equations = arm_equations(model, outputs, input, coordinates)
+    delay = model.arm.drive.delay
     if sample_time is None:
-        return continuous
+        return late(equations, delay).to_control()
     step = check_positive(sample_time, "sample_time")
+    if delay:
+        raise InputError(
+            "the actuator's dead time is not part of a sampled state space",
+            where="sample_time",
+            remedy="use slewctl.sampled_plant, which takes it exactly",
+        )
+    continuous = equations.to_control()
     return continuous.sample(step, method="zoh", name=f"{continuous.name}_sampled")
 
 
@@ -100,9 +119,25 @@ def arm_equations(
     input: Actuator = "torque",
     coordinates: Coordinates = "modal",
 ) -> LinearSystem:
-    """Return what `state_space` returns, continuous and without python-control."""
+    """Return the arm's signals from the command of its actuator, without its dead time.
+
+    `APPLIED` among the outputs is what the actuator applies, in its own unit.
+    """
+    return driven(bare_equations(model, outputs, input, coordinates), model.arm.drive.lags)
+
+
+def bare_equations(
+    model: Model,
+    outputs: Sequence[str] | str,
+    input: Actuator = "torque",
+    coordinates: Coordinates = "modal",
+) -> LinearSystem:
+    """Return the same from what the actuator applies."""
     check_model(model, "state_space")
-    names = check_signals(outputs, "outputs", model.arm.beam)
+    wanted = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+    names = check_signals([name for name in wanted if name != APPLIED], "outputs", model.arm.beam)
+    for name in dict(model.arm.sensors):
+        signal(name, "arm.sensors", model.arm.beam)
     check_choice(input, ACTUATORS, "input")
     system = _second_order(model, coordinates, input)
     size = len(system.names)
@@ -112,6 +147,9 @@ def arm_equations(
     D = np.zeros((len(names), 1))
     for i, name in enumerate(names):
         C[i], D[i] = _output_row(model, system, name)
+    if APPLIED in wanted:
+        C, D = np.vstack([C, np.zeros(2 * size)]), np.vstack([D, np.ones((1, 1))])
+        names = (*names, APPLIED)
     return LinearSystem(
         A,
         B,

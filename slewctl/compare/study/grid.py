@@ -309,7 +309,14 @@ def arm_of(base: Arm, setting: Setting) -> Arm:
     payload = Payload(setting.payload_ratio * beam_mass(base), base.payload.inertia)
     joint = base.joint and replace(base.joint, rotor_inertia=base.rotor_inertia)
     return Arm(
-        base.beam, hub, payload, damping_ratio=setting.damping_ratio, joint=joint, name=base.name
+        base.beam,
+        hub,
+        payload,
+        damping_ratio=setting.damping_ratio,
+        joint=joint,
+        actuator=base.actuator,
+        sensors=base.sensors,
+        name=base.name,
     )
 
 

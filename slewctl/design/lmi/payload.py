@@ -45,6 +45,7 @@ from slewctl.errors import (
 from slewctl.model import Model
 from slewctl.numerics.h2_norm import h2_cost
 from slewctl.plant import GeneralisedPlant, check_plant, generalised_plant
+from slewctl.plant.readings import refuse_lags
 from slewctl.plant.statespace import drive
 
 # At the edge of what is possible a solver does not reach its accuracy: a range is advised
@@ -184,6 +185,7 @@ def payload_lmi(
             where="payload_lmi",
             remedy="make it with slewctl.generalised_plant(model, objective)",
         )
+    refuse_lags(plant.model.arm, "payload_lmi")
     masses = check_given(payload_mass, "payload_mass", "the range in kg, such as [0.0, 0.1]")
     wanted = Range(
         _interval(masses, "payload_mass"), _interval(stiffness, "stiffness", positive=True)

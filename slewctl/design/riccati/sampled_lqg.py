@@ -24,7 +24,7 @@ from slewctl.design.reference import Reference, at_rest
 from slewctl.design.result import Check, Controller, finished
 from slewctl.design.riccati.integral_action import INTEGRAL_STATE, angle_sensor, slowest_motion
 from slewctl.design.riccati.lqr_kalman import check_assumptions
-from slewctl.errors import check_positive
+from slewctl.errors import check_nonnegative, check_positive
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import RiccatiSolution, solve_discrete_riccati
 from slewctl.plant import GeneralisedPlant, SampledPlant, sampled_plant, split_delay
@@ -35,15 +35,16 @@ def sampled_lqg(
 ) -> Controller:
     """Return the sampled LQG controller; see `slewctl.lqg`."""
     T = check_positive(sample_time, "sample_time")
-    split_delay(T, delay)
+    late = check_nonnegative(delay, "delay") + plant.dead_time
+    split_delay(T, late)
     angle = None if integral_limit is None else angle_sensor(plant)
     check_assumptions(plant)
     start = perf_counter()
-    design = _Design(plant, T, float(delay), angle, integral_limit)
+    design = _Design(plant.exact, T, float(late), angle, integral_limit)
     whole, short = design.whole, design.short
     sampled = perf_counter()
     regulator, observer = design.regulator, design.observer
-    assumptions = _assumptions(T, float(delay), integral_limit)
+    assumptions = _assumptions(T, float(late), integral_limit)
     if angle is not None:
         assumptions = (*assumptions, slowest_motion(*design.dynamics, regulator.gain, T))
     solved = perf_counter()
@@ -53,7 +54,7 @@ def sampled_lqg(
     achieved = closed.h2.value
     if integral_limit is not None:
         achieved += float(closed.covariance[-1, -1]) / integral_limit**2
-    n = len(plant.A)
+    n = len(plant.exact.A)
     gains = {"state_feedback": regulator.gain[:, :n], "observer": design.correction}
     if short.waiting:
         gains["input_on_its_way"] = regulator.gain[:, n : n + 1]
