@@ -33,6 +33,10 @@ def loop_dead_time(arm: Arm, sensors: Sequence[str]) -> float:
     sensors : sequence of str
         What is measured.
 
+    Returns
+    -------
+    float
+
     Raises
     ------
     InputError
@@ -100,6 +104,10 @@ def late(system: LinearSystem, seconds: float) -> LinearSystem:
     system : LinearSystem
     seconds : float
         The states of the approximation come after the system's; zero changes nothing.
+
+    Returns
+    -------
+    LinearSystem
 
     Examples
     --------
