@@ -93,6 +93,13 @@ class DelayedLoop(Loop):
         lag = np.exp(-1j * np.asarray(omega) * self.late)
         return np.asarray(FrequencyResponse(self.undelayed)(omega) * lag)
 
+    def describe(self) -> str:
+        """Return one line, as `Loop.describe`; where Padé's is not stable, that instead."""
+        try:
+            return super().describe()
+        except AccuracyError as error:
+            return f"{'' if self.stable else 'un'}stable; {error}"
+
     def require_stable(self, what: str) -> None:
         """Raise `UnstableLoopError` if the loop is not, `AccuracyError` if Padé's alone is not."""
         super().require_stable(what)

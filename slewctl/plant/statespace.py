@@ -98,6 +98,8 @@ def state_space(
     >>> G.nstates, G.input_labels, G.output_labels
     (6, ['torque'], ['theta', 'tip'])
     """
+    check_model(model, "state_space")
+    check_signals(outputs, "outputs", model.arm.beam)
     equations = arm_equations(model, outputs, input, coordinates)
     delay = model.arm.drive.delay
     if sample_time is None:
@@ -133,7 +135,6 @@ def bare_equations(
     coordinates: Coordinates = "modal",
 ) -> LinearSystem:
     """Return the same from what the actuator applies."""
-    check_model(model, "state_space")
     wanted = (outputs,) if isinstance(outputs, str) else tuple(outputs)
     names = check_signals([name for name in wanted if name != APPLIED], "outputs", model.arm.beam)
     for name in dict(model.arm.sensors):

@@ -125,6 +125,33 @@ def test_stability_and_margins_are_those_of_the_exact_dead_time() -> None:
     )
 
 
+@pytest.mark.parametrize(("seconds", "stable"), [(0.8, True), (1.4, False), (1.8, True)])
+def test_where_the_approximation_is_wrong_the_exact_dead_time_decides(
+    seconds: float, stable: bool
+) -> None:
+    """Padé's loop is stable at 0.8 s and 1.4 s and not at 1.8 s; the encirclements say which is."""
+    arm = late(seconds, replace(PLAIN, hub=sc.Hub(0.1, friction=0.05)))
+    asked = problem(arm)
+    pid = {"kp": 0.004, "kd": 0.1, "filter_hz": 20.0}
+    K = sc.given(pid=pid, inputs=["theta"], output="torque")
+    loop = sc.close(sc.truth(arm, 5), asked.objective, K)
+    assert loop.stable is stable
+    assert bool(loop.poles.real.max() < 0) is (seconds != 1.8)
+    # One pole at the origin and no unstable one: 1 + L turns by a quarter, or encircles 0.
+    omega = np.geomspace(1e-6, 1e5, 400_000)
+    turned = np.unwrap(np.angle(1 + loop.response(omega)))
+    assert bool(abs(turned[-1] - turned[0] - np.pi / 2) < 0.1) is stable
+    if seconds == 1.8:
+        assert loop.margins.confirmed
+        assert "approximation of order 4" in loop.describe()
+        with pytest.raises(sc.AccuracyError, match="margins and stability are exact"):
+            _ = loop.h2
+    elif not stable:
+        assert loop.describe().startswith("UNSTABLE")
+        with pytest.raises(sc.UnstableLoopError):
+            _ = loop.margins
+
+
 def test_where_the_dead_time_lies_does_not_matter() -> None:
     asked = problem(LAGGED)
     K = sc.lqg(asked.plant("hub-matched", 2))
