@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array
 
 # Of 53 digits 26 and 26 are left, and a sign (Dekker 1971, section 5).
 _SPLIT = 2.0**27 + 1
@@ -50,6 +50,16 @@ class LongSum:
         self.add(product)
         self.lo += rest
 
+    def add_small(self, values: Array) -> None:
+        """Add values that are about as small as what rounding took away."""
+        self.lo += values
+
+    @property
+    def parts(self) -> tuple[Array, Array]:
+        """The sum rounded once, and what that took away."""
+        total = self.hi + self.lo
+        return total, self.lo - (total - self.hi)
+
     @property
     def value(self) -> Array:
         """The sum, rounded once."""
@@ -59,61 +69,6 @@ class LongSum:
     def error(self) -> Array:
         """Bound of the error of hi + lo before that rounding."""
         return np.asarray((self.terms + 4.0) ** 2 * np.finfo(float).eps ** 2 * self.size)
-
-
-class LongComplex:
-    """Complex numbers, each kept as hi + lo."""
-
-    def __init__(self, hi: ComplexArray, lo: ComplexArray | None = None) -> None:
-        self.hi = np.asarray(hi, dtype=complex)
-        self.lo = np.zeros_like(self.hi) if lo is None else lo
-
-    def plus(self, change: ComplexArray) -> LongComplex:
-        """Return the same numbers with small changes added."""
-        parts = []
-        for hi, lo, more in (
-            (self.hi.real, self.lo.real, change.real),
-            (self.hi.imag, self.lo.imag, change.imag),
-        ):
-            small = lo + more
-            total = hi + small
-            parts.append((total, small - (total - hi)))
-        (re, re_lo), (im, im_lo) = parts
-        return LongComplex(re + 1j * im, re_lo + 1j * im_lo)
-
-
-class LongComplexSum:
-    """An array of complex sums, each kept as hi + lo.
-
-    Parameters
-    ----------
-    shape : tuple of int
-    """
-
-    def __init__(self, shape: tuple[int, ...]) -> None:
-        self.real, self.imag = LongSum(shape), LongSum(shape)
-
-    def add_product(self, a: ComplexArray, b: ComplexArray) -> None:
-        """Add a·b, elementwise with broadcasting."""
-        self.real.add_product(a.real, b.real)
-        self.real.add_product(a.imag, -b.imag)
-        self.imag.add_product(a.real, b.imag)
-        self.imag.add_product(a.imag, b.real)
-
-    def add_matrix_product(self, A: ComplexArray, B: ComplexArray) -> None:
-        """Add A @ B."""
-        for k in range(A.shape[1]):
-            self.add_product(A[:, k, None], B[k])
-
-    @property
-    def value(self) -> ComplexArray:
-        """The sum, rounded once."""
-        return np.asarray(self.real.value + 1j * self.imag.value)
-
-    @property
-    def error(self) -> Array:
-        """Bound of its error before that rounding."""
-        return self.real.error + self.imag.error
 
 
 def _halves(a: Array) -> tuple[Array, Array]:

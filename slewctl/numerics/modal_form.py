@@ -23,17 +23,19 @@ from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.numerics.balance import balance_realisation
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.long_sums import LongSum
-from slewctl.numerics.modal_basis import modal_bases, outside
-from slewctl.numerics.modal_bounds import Stack, best_modes
+from slewctl.numerics.modal_basis import Modes, modal_bases, outside
+from slewctl.numerics.modal_bounds import Stack, bounded
+from slewctl.numerics.modal_refined import best_modes
 from slewctl.numerics.modes import linked
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A triangular block of J: the indices of its modes, and T."""
+    """A triangular block of J: the indices of its modes, and T + low."""
 
     index: IntArray
     T: ComplexArray
+    low: ComplexArray
 
     @property
     def nilpotent(self) -> bool:
@@ -58,9 +60,13 @@ class ModalForm:
     D : ndarray, shape (p,)
     spread, weight : ndarray, shape (n,)
         f and g of |F| ≤ f gᵀ.
-    pole_error : ndarray, shape (n,)
-        Of each pole, beside F.
     entry_error, shape_error : ndarray, shapes (n,) and (p, n)
+    poles_low, entry_low, shape_low : ndarray of complex
+        What rounding took from `poles`, `entry` and `shape`, where long numbers are needed.
+    component : ndarray of int, shape (n,)
+        Which poles belong to states that A couples with each other; f gᵀ is zero between others.
+    long : bool
+        Whether they are, so that sums of modes cancel digits that double precision has not got.
     sample_time : float
     """
 
@@ -71,9 +77,13 @@ class ModalForm:
     D: Array
     spread: Array
     weight: Array
-    pole_error: Array
     entry_error: Array
     shape_error: Array
+    poles_low: ComplexArray
+    entry_low: ComplexArray
+    shape_low: ComplexArray
+    component: IntArray
+    long: bool
     sample_time: float
 
     @property
@@ -83,23 +93,26 @@ class ModalForm:
 
 
 # What a truth yields is computed once for all controllers that meet it.
-_KNOWN: WeakKeyDictionary[LinearSystem, ModalForm] = WeakKeyDictionary()
+_KNOWN: WeakKeyDictionary[LinearSystem, dict[bool, ModalForm]] = WeakKeyDictionary()
 
 
-def modal_form(system: LinearSystem) -> ModalForm:
+def modal_form(system: LinearSystem, long: bool = False) -> ModalForm:
     """Return the modes of a system with one input; of the same system, the same again.
 
     Parameters
     ----------
     system : LinearSystem
         One input, any number of outputs, continuous or sampled.
+    long : bool
+        Whether to find them in long numbers where those know them better.
     """
-    if system not in _KNOWN:
-        _KNOWN[system] = _modal_form(system)
-    return _KNOWN[system]
+    known = _KNOWN.setdefault(system, {})
+    if long not in known:
+        known[long] = _modal_form(system, long)
+    return known[long]
 
 
-def _modal_form(system: LinearSystem) -> ModalForm:
+def _modal_form(system: LinearSystem, long: bool) -> ModalForm:
     A, B, C, D = system.matrices
     scale = balance_realisation(A, B, C)
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
@@ -119,26 +132,54 @@ def _modal_form(system: LinearSystem) -> ModalForm:
         D=D[:, 0],
         spread=np.zeros(n),
         weight=np.zeros(n),
-        pole_error=np.zeros(n),
         entry_error=np.zeros(n),
         shape_error=np.zeros((p, n)),
+        poles_low=np.zeros(n, complex),
+        entry_low=np.zeros(n, complex),
+        shape_low=np.zeros((p, n), complex),
+        component=np.zeros(n, dtype=int),
+        long=False,
         sample_time=system.sample_time,
     )
     blocks: list[Block] = []
+    longer = False
     for states in _uncoupled(A):  # shape (count, m): components of the same size together
         inside = states[:, :, None], states[:, None, :]
         stack = A[inside], lost[inside], B[states], np.swapaxes(C[:, states], 0, 1)
-        for at, modes in modal_bases(stack[0]):
-            index, part = states[at], best_modes(Stack(*(matrix[at] for matrix in stack)), modes)
-            found.poles[index] = np.diagonal(part.modes.J, axis1=-2, axis2=-1)
-            found.entry[index], found.entry_error[index] = part.entry, part.entry_error
-            found.shape[:, index] = np.swapaxes(part.shape, 0, 1)
+        bases = modal_bases(stack[0])
+        for at, modes in _one_by_one(bases) if long else bases:
+            index = states[at]
+            one = Stack(*(matrix[at] for matrix in stack))
+            part = best_modes(one, modes) if long else bounded(one, modes)
+            J, Y = part.J, part.shape
+            found.poles[index], found.poles_low[index] = _diagonals(J.hi), _diagonals(J.lo)
+            found.entry[index], found.entry_low[index] = part.entry.hi, part.entry.lo
+            found.shape[:, index], found.shape_low[:, index] = (
+                np.swapaxes(Y.hi, 0, 1),
+                np.swapaxes(Y.lo, 0, 1),
+            )
+            found.entry_error[index] = part.entry_error
             found.shape_error[:, index] = np.swapaxes(part.shape_error, 0, 1)
             found.spread[index], found.weight[index] = part.spread, part.weight
-            found.pole_error[index] = part.pole_error
-            for group in part.modes.blocks:
-                blocks.append(Block(index[0][group], part.modes.J[0][np.ix_(group, group)]))
-    return replace(found, blocks=tuple(blocks))
+            count = int(found.component.max(initial=0)) + 1
+            found.component[index] = count + np.arange(len(index))[:, None]
+            longer |= part.long
+            for group in part.blocks:
+                own = np.ix_(group, group)
+                blocks.append(Block(index[0][group], J.hi[0][own], J.lo[0][own]))
+    return replace(found, blocks=tuple(blocks), component=found.component - 1, long=longer)
+
+
+def _one_by_one(bases: Iterator[tuple[IntArray, Modes]]) -> Iterator[tuple[IntArray, Modes]]:
+    """Yield the modes of stacks of matrices one matrix after the other."""
+    for at, modes in bases:
+        for place, k in enumerate(at.tolist()):
+            own = slice(place, place + 1)
+            yield np.array([k]), Modes(modes.V[own], modes.W[own], modes.J[own], modes.blocks)
+
+
+def _diagonals(stack: ComplexArray) -> ComplexArray:
+    return np.diagonal(stack, axis1=-2, axis2=-1)
 
 
 def _uncoupled(A: Array) -> Iterator[IntArray]:

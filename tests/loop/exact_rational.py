@@ -81,15 +81,19 @@ def real_crossings(loop: control.StateSpace) -> Array:
     return _positive_roots(no * pe - ne * po, float(loop.dt or 0))
 
 
-def stable(loop: control.StateSpace) -> bool:
-    """Whether every closed-loop pole, hidden ones included, is stable: exactly."""
+def unstable_poles(loop: control.StateSpace) -> int:
+    """Number of closed-loop poles, hidden ones included, that are not stable: exactly."""
     A, B, C = rational(loop.A), rational(loop.B), rational(loop.C)
     room = 1 + fmpq(*float(loop.D[0, 0]).as_integer_ratio())
     closed = (A - B * C * (1 / room)).charpoly()
     if loop.dt:
         closed = _bilinear(closed, loop.nstates)
-    return all(
-        bool(root.real < 0)
-        for factor, _ in closed.numer().factor_squarefree()[1]
-        for root, _ in factor.complex_roots()
+    return sum(
+        multiplicity * sum(not root.real < 0 for root, _ in factor.complex_roots())
+        for factor, multiplicity in closed.numer().factor_squarefree()[1]
     )
+
+
+def stable(loop: control.StateSpace) -> bool:
+    """Whether every closed-loop pole, hidden ones included, is stable: exactly."""
+    return not unstable_poles(loop)

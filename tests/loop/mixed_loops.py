@@ -20,6 +20,8 @@ from scipy.linalg import block_diag
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 KINDS = ("modal", "companion", "lags", "scales")
+# Poles over twelve decades; and PID controllers with lags up to 1e6 times as fast.
+HARDER = ("decades", "pid")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +85,14 @@ class MixedLoop:
         return float(np.abs(turns).min(initial=np.inf)), float(late.min(initial=np.inf))
 
 
-def _arm(rng: np.random.Generator, wide: bool) -> tuple[control.StateSpace, Array]:
+def _arm(rng: np.random.Generator, kind: str) -> tuple[control.StateSpace, Array]:
     """Return θ and θ̇ of a rigid body and a few modes, and the frequencies of the modes."""
     n = int(rng.integers(1, 6))
-    most = 1.3 if wide else 0.5
-    omega = 10 ** (rng.uniform(-1, 2) + np.cumsum(rng.uniform(0.15, most, n)))
+    if kind == "decades":
+        omega = np.sort(10 ** rng.uniform(-5, 6, n))
+    else:
+        most = 1.3 if kind == "scales" else 0.5
+        omega = 10 ** (rng.uniform(-1, 2) + np.cumsum(rng.uniform(0.15, most, n)))
     zeta = 10 ** rng.uniform(-4, -1.7, n)
     residues = rng.uniform(0.05, 2.0, n) * (rng.choice([-1.0, 1.0], n) if rng.random() < 0.3 else 1)
     blocks = [np.array([[0.0, 1.0], [0.0, 0.0]])]
@@ -104,7 +109,7 @@ def _controller(
 ) -> tuple[control.StateSpace, float]:
     """Return a PID controller with lags and notches in companion form, and its bandwidth."""
     wb = omega[0] * float(10 ** rng.uniform(-2, 0.3))
-    fastest = 6.0 if kind == "lags" else 2.0
+    fastest = 6.0 if kind in ("lags", *HARDER) else 2.0
     lags = wb * 10 ** rng.uniform(0.7, fastest, int(rng.integers(1, 4)))
     den, common = np.poly(-lags), float(np.prod(lags))
     kp, kd = common * wb**2, common * 1.4 * wb
@@ -136,8 +141,8 @@ def _balanced_states(system: control.StateSpace) -> control.StateSpace:
 
 
 def random_mixed_loop(rng: np.random.Generator, kind: str) -> MixedLoop:
-    """Return a random loop, stable or not, of one of `KINDS`."""
-    G, omega = _arm(rng, kind == "scales")
+    """Return a random loop, stable or not, of one of `KINDS` or `HARDER`."""
+    G, omega = _arm(rng, kind)
     two = bool(rng.random() < 0.5)
     G = G if two else G[0, 0]
     K, _ = _controller(rng, omega, kind, two)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,8 @@ from slewctl.numerics.linear_system import LinearSystem
 
 # What is proved to less than this, relative, is in doubt.
 _PROVED = 1e-6
+# What is known to this needs no long numbers.
+_NARROW = 1e-9
 # An infinite gain margin is in doubt where less than this is proved, in dB.
 _LARGE_DB = 60.0
 # |L| = 1 is undecided over more than this, relative: no crossing, but a band.
@@ -106,6 +109,20 @@ def certified_margins(
     UndecidedError
         If the stability of the loop cannot be proved, or |L| = 1 is undecided over a band.
     """
+    try:
+        found = _certified(loop, light, skew, modes)
+    except UndecidedError:
+        if not (longer := loop.longer):
+            raise
+        return _certified(longer, light, skew, modes)
+    if all(map(_narrow, found.each.values())) or not (longer := loop.longer):
+        return found
+    with suppress(UndecidedError):
+        found = _certified(longer, light, skew, modes)
+    return found
+
+
+def _certified(loop: FactoredLoop, light: LinearSystem, skew: float, modes: Modes) -> Margins:
     found = certify(loop, skew)
     if found.unstable is None:
         raise UndecidedError("a closed-loop pole is too near to the axis")
@@ -168,6 +185,13 @@ def margins_of(found: Certificate, light: LinearSystem, skew: float, modes: Mode
         search.intervals,
         report.all_crossings(limits, turns, omega),
     )
+
+
+def _narrow(crossing: Crossing) -> bool:
+    """Whether a margin is known as well as double precision has room for."""
+    if crossing.at_least is None or math.isinf(crossing.value):
+        return not _doubtful(crossing)
+    return crossing.at_least >= crossing.value * (1 - _NARROW) - _NARROW
 
 
 def _doubtful(crossing: Crossing) -> bool:

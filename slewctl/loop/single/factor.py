@@ -11,12 +11,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
+from slewctl.loop.single.factor_error import ErrorBound, majorant
+from slewctl.loop.single.long_factor import LongFactor
+from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.long_complex import LONG_ROUNDING
 from slewctl.numerics.modal_bounds import ROUNDING
-from slewctl.numerics.modal_form import Block, ModalForm
+from slewctl.numerics.modal_form import Block, ModalForm, modal_form
+
+_KNOWN: WeakKeyDictionary[LinearSystem, dict[bool, Factor]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,41 +77,42 @@ class Factor:
         # A single pole at zero is a block too: sᵏ is taken out of all of them.
         at_zero = np.flatnonzero(form.alone & (form.poles == 0))
         zero = np.zeros((1, 1), dtype=complex)
-        self.blocks = [*form.blocks, *(Block(np.array([k]), zero) for k in at_zero.tolist())]
+        single = (Block(np.array([k]), zero, zero) for k in at_zero.tolist())
+        self.blocks = [*form.blocks, *single]
         self.alone = np.flatnonzero(form.alone & (form.poles != 0))
         pick = self.alone
         self.simple = Terms.of(form.poles[pick], self.sampled)
         coefficient = (form.shape * form.entry)[:, pick]
-        count = (len(form.poles) + 8) * ROUNDING
+        self.count = (len(form.poles) + 8) * ROUNDING
+        count = (len(form.poles) + 8) * LONG_ROUNDING if form.long else self.count
+        self.long = LongFactor(form, self.blocks, self.alone) if form.long else None
         self.D = form.D + (coefficient * self.simple.a).sum(axis=1)
-        direct = count * (np.abs(form.D) + np.abs(coefficient * self.simple.a).sum(axis=1))
         self.residue: ComplexArray = np.asarray((coefficient * self.simple.b).T)  # (n, p)
         self.size: Array = np.abs(self.residue)
         k = self.order_at_zero
         self.curving = np.hstack([self.size, self.size * np.abs(self.simple.sigma[:, None]) ** k])
-        # Columns that bound the error, each multiplied by |(s − J)⁻¹| and summed.
-        entry = np.abs(form.entry) + form.entry_error
-        shape = np.abs(form.shape) + form.shape_error
-        rounding = form.shape_error + count * shape
-        self.entry, self.shape, self.rounding = entry, shape, rounding
-        p = len(form.D)
-        self.bounds = np.concatenate(
-            [
-                (shape * form.spread).T,
-                (rounding * entry + shape * form.entry_error).T,
-                (form.weight * entry)[:, None],
-                (form.weight * form.spread)[:, None],
-            ],
-            axis=1,
-        )[pick]
-        self.offset = np.concatenate([np.zeros(p), direct, np.zeros(2)])
-        self.pole_error = form.pole_error[pick]
-        self.shifted = (shape * entry * form.pole_error).T[pick]
+        offset = count * (np.abs(form.D) + np.abs(coefficient * self.simple.a).sum(axis=1))
+        self.bound = ErrorBound(form, self.blocks, self.alone, count, offset)
+        # What slopes do not know of a pole.
+        self.blurred = np.abs(form.poles_low[pick])
+        if self.sampled:
+            self.blurred += ROUNDING * np.abs(form.poles[pick])
 
     @property
     def outputs(self) -> int:
         """Number of functions p."""
         return len(self.form.D)
+
+    @property
+    def unknown(self) -> float:
+        """The largest error relative to the value, at and between the distances of its poles."""
+        sizes = np.unique(np.abs(self.all.sigma)[np.abs(self.all.sigma) > 0])
+        # What it works with may be slower or faster than all of its own poles.
+        beyond = np.concatenate([sizes[:1] * 1e-6, sizes, sizes[-1:] * 1e3])
+        s = 1j * np.concatenate([beyond, np.sqrt(beyond[1:] * beyond[:-1])])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = self.errors(s) / np.abs(self.values(s))
+        return float(np.nan_to_num(found, nan=0.0).max(initial=0.0))
 
     @property
     def order_at_zero(self) -> int:
@@ -113,6 +121,8 @@ class Factor:
 
     def values(self, s: ComplexArray) -> ComplexArray:
         """Return the functions at points s, shape (m, p)."""
+        if self.long:
+            return self.long.values(s)
         u = 1 / (s[:, None] - self.simple.sigma)
         found = u @ self.residue + self.D
         for block in self.blocks:
@@ -129,7 +139,7 @@ class Factor:
             q2 = 1 / (sigma.real**2 + aside * aside)
             q = np.sqrt(q2)
             value, slope = u @ self.residue + self.D, -1j * ((u * u) @ self.residue)
-            curves = 2 * ((q2 * q) @ self.curving)
+            curves = (2 + 1e-9) * ((q2 * q) @ self.curving)
             curve, flat = curves[:, : self.outputs], curves[:, self.outputs :]
             near = [1 / self._from_interval(block, c, h) for block in self.blocks]
             for block, q_block in zip(self.blocks, near, strict=True):
@@ -137,6 +147,9 @@ class Factor:
                 Y = self.form.shape[:, block.index].T
                 value, slope, curve = value + w @ Y, slope + w1 @ Y, curve + w2 @ np.abs(Y)
             error = self._error(q, near)
+            if self.long:
+                value = self.long.values(s)
+                error = error + ROUNDING * np.abs(value) + h[:, None] * self._slope_error(q, near)
             flat = self._flat_curve(c, h, flat) if self.order_at_zero else curve
         return Enclosed(value, slope, curve, error, flat)
 
@@ -178,25 +191,20 @@ class Factor:
             value = q @ self.size + np.abs(self.D)
             slope = (q * q) @ self.size
             for block in self.blocks:
-                near, Y = 1 / self._away(block, s, radius), np.abs(self.form.shape[:, block.index])
-                reach = np.abs(self.all.a[block.index]) + np.abs(self.all.b[block.index]) * near
-                w = _majorant(block, reach, np.abs(self.form.entry[block.index]))
-                value += w @ Y.T
-                # Each of the k terms that are multiplied has a slope of at most near times it.
-                slope += (w * near.max(axis=1, keepdims=True) * len(block.index)) @ Y.T
+                large, steep = self._steepest(block, 1 / self._away(block, s, radius))
+                value, slope = value + large, slope + steep
         return value, slope
 
     def at_origin(self, radius: float) -> tuple[ComplexArray, Array]:
         """Return sᵏ X at s = 0 and how far from it sᵏ X is for |s| ≤ radius, shape (p,)."""
-        k, form = self.order_at_zero, self.form
+        k = self.order_at_zero
         with np.errstate(divide="ignore"):
             q = 1 / np.maximum(np.abs(self.simple.sigma) - radius, 0.0)
         others, slope = np.abs(self.D) + q @ self.size, (q * q) @ self.size
-        value = self.D + (-1 / self.simple.sigma) @ self.residue if not k else 0j * self.D
+        value = 0j * self.D if k else self.values(np.zeros(1, complex))[0]
         away = radius**k * others if k else radius * slope
         for block in self.blocks:
-            index, Y = block.index, form.shape[:, block.index]
-            a, b = self.all.a[index], self.all.b[index]
+            a, b = self.all.a[block.index], self.all.b[block.index]
             if block.nilpotent:
                 for j, moment in self._moments(block):
                     # sᵏ uʲ with u = a + b/s.
@@ -206,16 +214,9 @@ class Factor:
                         top -= abs(b[0]) ** k
                     away = away + np.abs(moment) * top
             else:
-                origin = np.zeros(1, complex)
-                near = 1 / self._away(block, origin, radius)
-                w = self._solved(block, origin)
-                reach = np.abs(a) + np.abs(b) * near
-                large = _majorant(block, reach, np.abs(form.entry[index])) @ np.abs(Y).T
-                if k:
-                    away = away + radius**k * large[0]
-                else:
-                    value = value + (w @ Y.T)[0]
-                    away = away + radius * (large * near.max() * len(index))[0]
+                near = 1 / self._away(block, np.zeros(1, complex), radius)
+                large, steep = self._steepest(block, near)
+                away = away + (radius**k * large[0] if k else radius * steep[0])
         return value, away
 
     def _flat_curve(self, c: Array, h: Array, found: Array) -> Array:
@@ -273,7 +274,22 @@ class Factor:
         """Return bounds of the error at points s, shape (m, p)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             q = 1 / np.abs(s[:, None] - self.simple.sigma)
-            return self._error(q, [1 / self._away(block, s, 0.0) for block in self.blocks])
+            found = self._error(q, [1 / self._away(block, s, 0.0) for block in self.blocks])
+        return found + ROUNDING * np.abs(self.values(s)) if self.long else found
+
+    def _slope_error(self, q: Array, near: list[Array]) -> Array:
+        """Return the bounds of what double precision makes of the slope, given 1/distances."""
+        found = (q * q * (self.count + 2 * self.blurred * q)) @ self.size
+        for block, q_block in zip(self.blocks, near, strict=True):
+            found = found + self.count * self._steepest(block, q_block)[1]
+        return np.asarray(found)
+
+    def _steepest(self, block: Block, near: Array) -> tuple[Array, Array]:
+        """Return bounds of the size and the slope of Y w, given 1/distances."""
+        index, Y = block.index, np.abs(self.form.shape[:, block.index])
+        w = majorant(block, self._reach(block, near), np.abs(self.form.entry[index]))
+        # Each of the k terms that are multiplied has a slope of at most near times it.
+        return w @ Y.T, (w * near.max(axis=1, keepdims=True) * len(index)) @ Y.T
 
     def _away(self, block: Block, s: ComplexArray, radius: float) -> Array:
         sigma = self.all.sigma[block.index]
@@ -313,34 +329,36 @@ class Factor:
             w2[:, i] = product_curve(h, (S, S1, S2), (u, u1, u2))
         return w, w1, w2
 
-    def _error(self, q: Array, blocks: list[Array]) -> Array:
-        """Return the bounds of the error, given 1/distance of each pole."""
-        p, form = self.outputs, self.form
-        reach = np.abs(self.simple.a) + np.abs(self.simple.b) * q if self.sampled else q
-        if self.pole_error.any():
-            turned = reach * self.pole_error
-            far = np.where(turned < 1, reach / np.where(turned < 1, 1 - turned, 1.0), np.inf)
-            found = far @ self.bounds + self.offset
-            found[:, p : 2 * p] += (reach * far) @ self.shifted
-        else:
-            found = reach @ self.bounds + self.offset
-        for block, near in zip(self.blocks, blocks, strict=True):
-            index = block.index
-            reach = np.abs(self.all.a[index]) + np.abs(self.all.b[index]) * near
-            spread = _majorant(block, reach, form.spread[index])
-            inexact = _majorant(block, reach, form.entry_error[index])
-            entry = _majorant(block, reach, self.entry[index])
-            found[:, :p] += spread @ self.shape[:, index].T
-            found[:, p : 2 * p] += (
-                inexact @ self.shape[:, index].T + entry @ self.rounding[:, index].T
-            )
-            found[:, -2] += entry @ form.weight[index]
-            found[:, -1] += spread @ form.weight[index]
-        room = 1 - found[:, -1]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            through = np.where(room > 0, found[:, -2] / room, np.inf)
-            moved = found[:, :p] * through[:, None]
-        return np.asarray(np.where(np.isnan(moved), np.inf, moved) + found[:, p : 2 * p])
+    def _error(self, q: Array, near: list[Array]) -> Array:
+        """Return the bounds of the error, given 1/distances of simple poles and of blocks'."""
+        single = np.abs(self.simple.a) + np.abs(self.simple.b) * q if self.sampled else q
+        pairs = zip(self.blocks, near, strict=True)
+        return self.bound(single, [self._reach(*pair) for pair in pairs])
+
+    def _reach(self, block: Block, near: Array) -> Array:
+        return np.abs(self.all.a[block.index]) + np.abs(self.all.b[block.index]) * near
+
+
+def factor_of(system: LinearSystem, long: bool = False) -> Factor:
+    """Return a system with one input as a factor; of the same system, the same again.
+
+    Parameters
+    ----------
+    system : LinearSystem
+    long : bool
+        In long numbers, where they know it better.
+    """
+    known = _KNOWN.setdefault(system, {})
+    if long not in known:
+        found = Factor(modal_form(system)) if not long else factor_of(system)
+        if long:
+            found = min(found, Factor(modal_form(system, long=True)), key=lambda x: x.unknown)
+        known[long] = found
+    return known[long]
+
+
+def _unknown(factor: Factor) -> float:
+    return factor.unknown
 
 
 def product_curve(
@@ -358,13 +376,3 @@ def reach(h: Array, value: ComplexArray, slope: ComplexArray, curve: Array) -> t
     """Return the largest |X| and |X′| on intervals of half-width h."""
     steep = np.abs(slope)
     return np.abs(value) + h * steep + h * h / 2 * curve, steep + h * curve
-
-
-def _majorant(block: Block, reach: Array, vector: Array) -> Array:
-    """Return |(s − T)⁻¹| times a vector with positive entries, shape (m, k)."""
-    T = np.abs(block.T)
-    w = np.zeros_like(reach)
-    for i in reversed(range(len(vector))):
-        above = w[:, i + 1 :] @ T[i, i + 1 :]
-        w[:, i] = reach[:, i] * (vector[i] + above)
-    return w

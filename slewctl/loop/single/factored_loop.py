@@ -8,11 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.loop.single.factor import Enclosed, Factor, product_curve, reach
+from slewctl.loop.single.factor import Enclosed, factor_of, product_curve, reach
 from slewctl.loop.single.split import in_series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.modal_bounds import ROUNDING
-from slewctl.numerics.modal_form import modal_form
 
 
 def factored(
@@ -43,10 +42,7 @@ def factored(
 def _factored(plant: LinearSystem, controller: LinearSystem, delay: float) -> FactoredLoop:
     # Of one command: its dual has one input, and as many outputs as it reads.
     A, B, C, D = controller.matrices
-    dual = LinearSystem(A.T, C.T, B.T, D.T, plant.dt)
-    return FactoredLoop(
-        Factor(modal_form(plant)), Factor(modal_form(dual)), delay, plant.sample_time
-    )
+    return FactoredLoop(plant, LinearSystem(A.T, C.T, B.T, D.T, plant.dt), delay)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,20 +105,32 @@ class FactoredLoop:
 
     Parameters
     ----------
-    plant : Factor
+    plant : LinearSystem
         From the command to the signals that the controller reads.
-    controller : Factor
-        The dual of the controller: from its command to what it reads.
+    dual : LinearSystem
+        Of the controller: from its command to what it reads.
     delay : float
         Dead time in s of a continuous loop, anywhere in it.
-    sample_time : float
+    long : bool
+        Whether to take long numbers where double precision knows a factor too little.
+
+    Attributes
+    ----------
+    plant, controller : Factor
     """
 
     def __init__(
-        self, plant: Factor, controller: Factor, delay: float = 0.0, sample_time: float = 0.0
+        self, plant: LinearSystem, dual: LinearSystem, delay: float = 0.0, long: bool = False
     ) -> None:
-        self.plant, self.controller = plant, controller
-        self.delay, self.sample_time = delay, sample_time
+        self._systems = plant, dual
+        self.plant, self.controller = factor_of(plant, long), factor_of(dual, long)
+        self.delay, self.sample_time = delay, plant.sample_time
+
+    @property
+    def longer(self) -> FactoredLoop | None:
+        """The same in long numbers; None where they make nothing better."""
+        found = FactoredLoop(*self._systems, self.delay, long=True)
+        return found if found.plant.long or found.controller.long else None
 
     @cached_property
     def order_at_zero(self) -> int:
@@ -186,7 +194,8 @@ class FactoredLoop:
         G, K = self.plant.enclosed(c, h), self.controller.enclosed(c, h)
         value, slope, curve, error = _product(G, K, wide)
         most = reach(h, value, slope, curve)[0]
-        error = error + ROUNDING * (4 + (c + h) * self.delay) * np.abs(value)
+        if self.delay:
+            error = error + ROUNDING * (1 + (c + h) * self.delay) * np.abs(value)
         k, power = self.order_at_zero, np.asarray((1j * c) ** self.order_at_zero)
         if k:
             sides = [
@@ -230,6 +239,7 @@ def _product(X: Enclosed, Y: Enclosed, h: Array) -> tuple[ComplexArray, ComplexA
     with np.errstate(invalid="ignore"):
         far_x, far_y = reach(h, *x)[0], reach(h, *y)[0]
         error = (X.error * far_y + far_x * Y.error + X.error * Y.error).sum(axis=1)
+        error += 4 * ROUNDING * (far_x * far_y).sum(axis=1)
     return value, slope, curve, np.where(np.isnan(error), np.inf, error)
 
 

@@ -132,9 +132,14 @@ class Margins(Tabular):
     intervals: int = 0
     crossings: tuple[AxisCrossing, ...] = ()
 
+    @property
+    def each(self) -> dict[str, Crossing]:
+        """All six margins by name."""
+        names = ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus", "disk")
+        return {name: getattr(self, name) for name in names}
+
     def rows(self) -> list[dict[str, object]]:
         """Return one row for each margin: name, value, frequency, mode and note."""
-        names = ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus", "disk")
         return [
             {
                 "margin": name,
@@ -143,8 +148,7 @@ class Margins(Tabular):
                 "mode": crossing.mode,
                 "note": crossing.note,
             }
-            for name in names
-            for crossing in [getattr(self, name)]
+            for name, crossing in self.each.items()
         ]
 
     @property
