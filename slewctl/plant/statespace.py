@@ -48,6 +48,10 @@ def state_space(
 ) -> control.StateSpace:
     """Return the state-space model of an arm from its actuator to named outputs.
 
+    Of an arm with an `Actuator` the input is its command, and its lags are states beside the
+    arm's, as is the Padé approximation of its dead time.  Outputs are the arm's own: what its
+    `Sensor` objects make of them is in the generalised plant.
+
     Parameters
     ----------
     model : Model
@@ -69,12 +73,6 @@ def state_space(
     sample_time : float, optional
         In seconds.  Given, the model is sampled exactly, with a zero-order hold on the
         input.
-
-    Notes
-    -----
-    Of an arm with an `Actuator` the input is its command, and its lags are states beside the
-    arm's, as is the Padé approximation of its dead time.  Outputs are the arm's own: what its
-    `Sensor` objects make of them is in the generalised plant.
 
     Returns
     -------
