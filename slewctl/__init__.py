@@ -14,13 +14,16 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.arm import (
+        Actuator,
         Arm,
         Beam,
         Hub,
+        Joint,
         KelvinVoigt,
         Motor,
         Payload,
         Rayleigh,
+        Sensor,
         Stations,
         vary,
     )
@@ -100,6 +103,7 @@ __version__ = "0.2.0"
 
 __all__ = [
     "AccuracyError",
+    "Actuator",
     "Arm",
     "ArmMatched",
     "Beam",
@@ -111,6 +115,7 @@ __all__ = [
     "Hub",
     "HubMatched",
     "InputError",
+    "Joint",
     "KelvinVoigt",
     "Loop",
     "Margins",
@@ -123,6 +128,7 @@ __all__ = [
     "Problem",
     "Rayleigh",
     "SampledLoop",
+    "Sensor",
     "Slew",
     "SlewctlError",
     "Slewing",

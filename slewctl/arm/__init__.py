@@ -6,6 +6,8 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.arm.damping import KelvinVoigt, Rayleigh
+    from slewctl.arm.dynamics import Actuator, Sensor
+    from slewctl.arm.joint import Joint
     from slewctl.arm.lumped import LumpedLink, quanser_lumped
     from slewctl.arm.motor import Motor
     from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
@@ -13,9 +15,11 @@ if TYPE_CHECKING:
     from slewctl.arm.variation import vary
 
 __all__ = [
+    "Actuator",
     "Arm",
     "Beam",
     "Hub",
+    "Joint",
     "KelvinVoigt",
     "LumpedLink",
     "Motor",
@@ -23,6 +27,7 @@ __all__ = [
     "Profile",
     "ProfileSpec",
     "Rayleigh",
+    "Sensor",
     "Stations",
     "quanser_lumped",
     "vary",

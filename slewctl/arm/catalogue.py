@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from slewctl.arm.joint import Joint
 from slewctl.arm.motor import Motor
 from slewctl.arm.nrel_blade import EDGEWISE_STIFFNESS, MASS_PER_LENGTH, STATIONS
 from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
@@ -185,6 +186,29 @@ def hodges_pierce_taper() -> Arm:
     return Arm(Beam(1.0, (1.0, -0.5), (1.0, -0.5)), name="taper of Hodges and Pierce")
 
 
+def harmonic_drive_boom() -> Arm:
+    """Return a made-up boom of 1 m with a payload of 1 kg, on a harmonic drive of ratio 100."""
+    motor = Motor(
+        resistance=0.8,
+        torque_constant=0.1,
+        back_emf_constant=0.1,
+        gear_ratio=100.0,
+        gear_efficiency=0.7,
+        rotor_inertia=2e-5,
+        torque_limit=80.0,
+        voltage_limit=48.0,
+    )
+    joint = Joint(stiffness=3000.0, damping=1.0, rotor_friction=2.0)
+    return Arm(
+        Beam(1.0, mass_per_length=1.6, bending_stiffness=1000.0),
+        Hub(inertia=0.05, radius=0.06),
+        Payload(mass=1.0, inertia=0.002),
+        motor=motor,
+        joint=joint,
+        name="harmonic drive boom",
+    )
+
+
 _NONE_PUBLISHED = "its source gives none; half a percent is usual for a bare metal beam"
 
 
@@ -304,6 +328,15 @@ CATALOGUE: dict[str, Entry] = {
                 source="same table, at rest: 3.516, 22.035 and 61.697 rad/s",
             ),
         ),
+    ),
+    "harmonic-drive-boom": Entry(
+        harmonic_drive_boom,
+        "a boom on a harmonic drive: an elastic joint between motor and hub, and a payload",
+        source="made up: round numbers of the size that catalogues of motors, strain-wave gears "
+        "and aluminium tubes have; no rig has them",
+        uncertain="nothing: it is no rig; an example of an elastic joint whose spring is about as "
+        "stiff as its beam",
+        damping=SuggestedDamping(0.01, "assumed", "a bolted aluminium boom; of no measurement"),
     ),
     "hodges-pierce-taper": Entry(
         hodges_pierce_taper,

@@ -110,11 +110,6 @@ class Motor:
         """Return the voltage in V that makes a torque (N·m) at a hub rate (rad/s)."""
         return torque / self.torque_per_volt + self.volts_per_rate * rate
 
-    def saturates(self, peak_torque: float, peak_voltage: float) -> bool:
-        """Whether a peak of |torque| (N·m) or |voltage| (V) exceeds a limit of the motor."""
-        pairs = ((peak_torque, self.torque_limit), (peak_voltage, self.voltage_limit))
-        return any(limit is not None and peak > limit for peak, limit in pairs)
-
 
 def _efficiency(value: object, name: str) -> float:
     number = check_size(value, name)

@@ -11,6 +11,8 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.dynamics import Actuator, Sensor
+from slewctl.arm.joint import Joint
 from slewctl.arm.magnitudes import check_length, check_size_or_zero
 from slewctl.arm.motor import Motor
 from slewctl.arm.profiles import Profile, ProfileSpec, Stations, as_profile
@@ -95,7 +97,7 @@ class Hub:
     Parameters
     ----------
     inertia : float
-        J_h about the axis, in kg·m², without the rotor that `Motor.rotor_inertia` gives.
+        J_h about the axis, in kg·m², without the rotor that `Motor` or `Joint` gives.
     radius : float
         r in m: the beam is clamped at this distance from the axis.
     friction : float
@@ -163,6 +165,12 @@ class Arm:
         A damping law.
     motor : Motor, optional
         What turns the hub; without one only the torque is known.
+    joint : Joint, optional
+        An elastic joint between the rotor and the hub, which without one turn as one.
+    actuator : Actuator, optional
+        Lag, dead time and torque limit of the drive; without it commands act at once.
+    sensors : mapping of str to Sensor
+        Lag and dead time of measured signals by name; without them they are read at once.
     name : str
         For tables and reports.
 
@@ -181,6 +189,9 @@ class Arm:
     damping_ratio: float | Sequence[float] = 0.0
     damping: Rayleigh | KelvinVoigt | None = None
     motor: Motor | None = None
+    joint: Joint | None = None
+    actuator: Actuator | None = None
+    sensors: Mapping[str, Sensor] | tuple[tuple[str, Sensor], ...] = ()
     name: str = "arm"
 
     def __post_init__(self) -> None:
@@ -189,6 +200,24 @@ class Arm:
         _check_part(self.payload, (Payload,), "payload")
         _check_part(self.damping, (Rayleigh, KelvinVoigt, type(None)), "damping")
         _check_part(self.motor, (Motor, type(None)), "motor")
+        _check_part(self.joint, (Joint, type(None)), "joint")
+        _check_part(self.actuator, (Actuator, type(None)), "actuator")
+        if not isinstance(self.sensors, Mapping | tuple):
+            raise InputError(
+                f"{shown(self.sensors)} is not a mapping",
+                where="arm.sensors",
+                remedy="give one, as in {'theta': slewctl.Sensor(lag=0.001)}",
+            )
+        sensors = dict(self.sensors)
+        for signal, sensor in sensors.items():
+            _check_part(sensor, (Sensor,), f"sensors.{signal}")
+        object.__setattr__(self, "sensors", tuple(sorted(sensors.items())))
+        if self.joint is not None and self.rotor_inertia == 0:
+            raise InputError(
+                "a rotor without inertia",
+                where="joint.rotor_inertia",
+                remedy="give it, on the output side of the gear, or motor.rotor_inertia",
+            )
         if not isinstance(self.name, str):
             raise InputError(
                 f"{shown(self.name)} is not text", where="arm.name", remedy="give a str"
@@ -196,9 +225,51 @@ class Arm:
         object.__setattr__(self, "damping_ratio", _damping_ratio(self.damping_ratio))
 
     @property
+    def drive(self) -> Actuator:
+        """The actuator; without one given, one that acts at once."""
+        return self.actuator or Actuator()
+
+    def sensor(self, signal: str) -> Sensor:
+        """Return the sensor of a signal; without one given, one that reads at once."""
+        return dict(self.sensors).get(signal, Sensor())
+
+    @property
+    def rotor_inertia(self) -> float:
+        """Inertia J_m of the rotor on the output side, in kg·m²: the motor's and the joint's."""
+        motor = self.motor.reflected_inertia if self.motor else 0.0
+        return motor + (self.joint.rotor_inertia if self.joint else 0.0)
+
+    @property
     def hub_inertia(self) -> float:
-        """Inertia that turns with the hub, in kg·m²: the hub's own and the motor's rotor's."""
-        return self.hub.inertia + (self.motor.reflected_inertia if self.motor else 0.0)
+        """Inertia of hub and rotor in kg·m², which turn as one or with a joint between them."""
+        return self.hub.inertia + self.rotor_inertia
+
+    def exceeded(self, peak_torque: float, peak_voltage: float | None = None) -> tuple[str, ...]:
+        """Return which limits of motor and actuator peaks exceed, in words.
+
+        Parameters
+        ----------
+        peak_torque, peak_voltage : float
+            Of |torque| in N·m and of |voltage| in V, where there is a motor.
+
+        Examples
+        --------
+        >>> from slewctl.arm import Actuator, Arm, Beam
+        >>> Arm(Beam(1.0, 2.0, 40.0), actuator=Actuator(torque_limit=2.0)).exceeded(2.5)
+        ('2.5 N·m, the actuator has 2',)
+        """
+        motor = self.motor
+        limits: list[tuple[float | None, float | None, str]] = [
+            (peak_torque, self.drive.torque_limit, "N·m, the actuator"),
+        ]
+        if motor is not None:
+            limits.append((peak_torque, motor.torque_limit, "N·m, the motor"))
+            limits.append((peak_voltage, motor.voltage_limit, "V, the motor"))
+        return tuple(
+            f"{peak:.3g} {whose} has {limit:.3g}"
+            for peak, limit, whose in limits
+            if peak is not None and limit is not None and peak > limit
+        )
 
     def damping_ratios(self, modes: int) -> Array:
         """Return the damping ratio ζ of each of the first flexible modes, shape (modes,)."""
@@ -240,9 +311,11 @@ def arm_table(arm: Arm) -> dict[str, Any]:
             for key in ("length", "mass_per_length", "bending_stiffness")}  # fmt: skip
     table: dict[str, Any] = {"name": arm.name, "damping_ratio": arm.damping_ratio or None}
     table["beam"] = beam
-    for key in ("hub", "payload", "motor"):
+    for key in ("hub", "payload", "motor", "joint", "actuator"):
         part = getattr(arm, key)
         table[key] = None if part is None else _kept(asdict(part))
+    kept = {signal: _kept(asdict(sensor)) for signal, sensor in dict(arm.sensors).items()}
+    table["sensors"] = {signal: values for signal, values in kept.items() if values} or None
     if arm.damping is not None:
         kind = "rayleigh" if isinstance(arm.damping, Rayleigh) else "kelvin-voigt"
         table["damping"] = {"kind": kind, **asdict(arm.damping)}

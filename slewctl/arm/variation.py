@@ -9,6 +9,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.joint import Joint
 from slewctl.arm.parts import Arm, Beam
 from slewctl.arm.profiles import ProfileSpec, Stations
 from slewctl.errors import InputError, check_nonnegative, check_positive, shown
@@ -37,6 +38,9 @@ def vary(
     stiffness_factor: float | None = None,
     mass_factor: float | None = None,
     damping_factor: float | None = None,
+    joint_stiffness: float | None = None,
+    joint_damping: float | None = None,
+    joint_stiffness_factor: float | None = None,
 ) -> Arm:
     """Return `arm` with some of its properties changed and everything else kept.
 
@@ -55,6 +59,10 @@ def vary(
     damping_factor : float, optional
         Times the modal damping ratios and the coefficients of the damping law; the hub's
         friction has its own parameter.
+    joint_stiffness, joint_damping : float, optional
+        New values of an elastic joint, in N·m/rad and N·m·s/rad.
+    joint_stiffness_factor : float, optional
+        Times its present stiffness.
 
     Returns
     -------
@@ -98,6 +106,32 @@ def vary(
         ),
         damping_ratio=ratio,
         damping=law,
+        joint=_joint(arm.joint, joint_stiffness, joint_damping, joint_stiffness_factor),
+    )
+
+
+def _joint(
+    joint: Joint | None, stiffness: float | None, damping: float | None, factor: float | None
+) -> Joint | None:
+    if joint is None:
+        for name, value in (
+            ("joint_stiffness", stiffness),
+            ("joint_damping", damping),
+            ("joint_stiffness_factor", factor),
+        ):
+            if value is not None:
+                raise InputError(
+                    "the arm has no elastic joint",
+                    where=name,
+                    remedy="give it one, a slewctl.Joint",
+                )
+        return None
+    return replace(
+        joint,
+        stiffness=check_positive(
+            _changed(joint.stiffness, stiffness, factor, "joint_stiffness"), "joint_stiffness"
+        ),
+        damping=_changed(joint.damping, damping, None, "joint_damping"),
     )
 
 

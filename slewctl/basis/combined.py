@@ -50,5 +50,9 @@ class Combined(Basis):
     def breakpoints(self) -> tuple[float, ...]:
         return self.parent.breakpoints
 
+    @property
+    def twist(self) -> Array:
+        return np.asarray(self.parent.twist @ self.coefficients)
+
     def _evaluate(self, xi: Array, derivative: int) -> Array:
         return self.parent.combined(xi, derivative, self.coefficients)

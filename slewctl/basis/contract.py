@@ -93,6 +93,14 @@ class Basis(ABC):
         """Inner points of [0, 1] where a shape's second derivative is not smooth."""
         return ()
 
+    @property
+    def twist(self) -> Array:
+        """How far each function turns the hub against the rotor, in rad, shape (n,).
+
+        Zero but where an arm has an elastic joint; see `slewctl.arm.Joint`.
+        """
+        return np.zeros(self.n)
+
     def evaluate(self, xi: Array, derivative: int = 0) -> Array:
         """Return the shapes or a derivative with respect to ``xi``.
 

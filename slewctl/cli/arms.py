@@ -42,7 +42,13 @@ def print_arms(name: str | None) -> None:
         return
     arm = catalogue.get(name)
     entry = catalogue.CATALOGUE[name]
-    parts = {"hub": arm.hub, "payload": arm.payload, "motor": arm.motor}
+    parts = {
+        "hub": arm.hub,
+        "payload": arm.payload,
+        "motor": arm.motor,
+        "joint": arm.joint,
+        "actuator": arm.actuator,
+    }
     texts = {"what": entry.summary, "source": entry.source, "uncertain": entry.uncertain}
     texts["damping ratio to design with"] = str(entry.damping)
     for title, text in {**texts, **parts}.items():
@@ -56,6 +62,8 @@ def _published(arm: Arm, entry: catalogue.Entry) -> Table:
     """Return the arm's first frequencies, hub locked and free, beside those in print."""
     table = number_table("hub", "mode", "computed (Hz)", "published (Hz)", "difference")
     for boundary in BOUNDARIES:
+        if boundary == "rotor-locked" and arm.joint is None:
+            continue
         printed = {
             mode: hertz
             for published in entry.published

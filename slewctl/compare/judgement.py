@@ -148,24 +148,15 @@ class Judgement:
 
     @cached_property
     def response(self) -> SlewResponse:
-        """The slew, as if the motor had no limits."""
+        """The slew, as if motor and actuator had no limits."""
         return simulate_slew(self.loop, self.slew, _SLEW_POINTS)
 
     @cached_property
     def saturation(self) -> str:
-        """What the slew needs and the motor has not; empty where it is within its limits."""
-        summary, motor = self.response.summary, self.loop.model.arm.motor
-        if motor is None:
-            return ""
-        pairs = (
-            (summary.peak_voltage, motor.voltage_limit, "V"),
-            (summary.peak_torque, motor.torque_limit, "N·m"),
-        )
-        return "; ".join(
-            f"the slew needs {peak:.3g} {unit}, the motor has {limit:.3g}"
-            for peak, limit, unit in pairs
-            if peak is not None and limit is not None and peak > limit
-        )
+        """What the slew needs and motor or actuator have not; empty within their limits."""
+        summary, arm = self.response.summary, self.loop.model.arm
+        beyond = arm.exceeded(summary.peak_torque, summary.peak_voltage)
+        return "; ".join(f"the slew needs {what}" for what in beyond)
 
     @cached_property
     def complementary_peak(self) -> Peak:

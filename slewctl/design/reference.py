@@ -86,8 +86,9 @@ def at_rest(plant: GeneralisedPlant) -> tuple[Array, float] | None:
 
 def _angle_row(plant: GeneralisedPlant) -> tuple[Array, float] | None:
     """Return what reads the angle off a state at rest, and off the input."""
-    if "theta" in plant.sensors:
-        best, reading = plant.sensors.index("theta"), 1.0
+    angles = [name for name in ("theta", "theta_motor") if name in plant.sensors]
+    if angles:
+        best, reading = plant.sensors.index(angles[0]), 1.0
     elif plant.model is not None:
         readings = rigid_readings(plant.model, plant.sensors)
         best = int(np.argmax(np.abs(readings)))

@@ -9,23 +9,34 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from slewctl.arm import (
+    Actuator,
     Arm,
     Beam,
     Hub,
+    Joint,
     KelvinVoigt,
     Motor,
     Payload,
     ProfileSpec,
     Rayleigh,
+    Sensor,
     Stations,
     catalogue,
 )
 from slewctl.breakdown import computing
 from slewctl.errors import InputError, check_choice, check_each, check_number, shown
+from slewctl.files.drive_tables import SensorTable
 from slewctl.files.faults import Faults
 from slewctl.files.refusals import validate
-from slewctl.files.schema import ArmTable, BeamTable, KelvinVoigtTable, RayleighTable, Table
+from slewctl.files.schema import (
+    ArmTable,
+    BeamTable,
+    KelvinVoigtTable,
+    RayleighTable,
+)
 from slewctl.files.source import read_source
+from slewctl.files.table import Table
+from slewctl.plant.signals import signal
 
 Part = TypeVar("Part", Hub, Payload)
 # Kind of damping law: the table that describes it, and the law.
@@ -138,6 +149,9 @@ def arm_of_table(table: ArmTable) -> Arm:
         "payload": table.payload
         and faults.attempt(_changed, arm.payload if arm else Payload(), table.payload),
         "motor": table.motor and faults.attempt(Motor, **table.motor.model_dump()),
+        "joint": table.joint and faults.attempt(Joint, **table.joint.model_dump()),
+        "actuator": table.actuator and faults.attempt(Actuator, **table.actuator.model_dump()),
+        "sensors": table.sensors and _sensors(table.sensors, arm, faults),
         "damping": None if table.damping is None else faults.attempt(_damping, table.damping),
         "damping_ratio": ratio,
         "name": table.name or None,
@@ -146,6 +160,31 @@ def arm_of_table(table: ArmTable) -> Arm:
     # What is wrong with the whole is looked for even if one of its parts is.
     whole = faults.attempt(replace, arm or catalogue.get(catalogue.names()[0]), **given)
     return faults.settled(whole)
+
+
+def _sensors(
+    tables: Mapping[str, SensorTable], arm: Arm | None, faults: Faults
+) -> dict[str, Sensor]:
+    """Return the sensors of ``[arm.sensors]``, beside those of a catalogue arm."""
+    found = dict(arm.sensors) if arm else {}
+    for name, table in tables.items():
+        faults.attempt(_of_signal, name, arm)
+        sensor = faults.attempt(_sensor, name, table)
+        if sensor is not None:
+            found[name] = sensor
+    return found
+
+
+def _of_signal(name: str, arm: Arm | None) -> None:
+    """Refuse a sensor of no signal."""
+    signal(name, "arm.sensors", arm.beam if arm else None)
+
+
+def _sensor(name: str, table: SensorTable) -> Sensor:
+    try:
+        return Sensor(**table.model_dump())
+    except InputError as error:
+        raise error.at(f"arm.sensors.{name}.{error.where.rpartition('.')[2]}") from error
 
 
 def _changed(part: Part, table: Table) -> Part:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from slewctl.arm import Arm, catalogue, vary
+from slewctl.arm import Arm, Joint, catalogue, vary
 from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import QUANTITIES, Case
 from slewctl.design.methods import GIVEN
@@ -199,7 +199,8 @@ def _check_schema(content: Mapping[str, Any]) -> None:
 def _stand_in() -> Arm:
     """Return an arm that has everything, to look at the rest of a file if its own is wrong."""
     arm = catalogue.get(catalogue.names()[0])
-    return replace(vary(arm, payload_mass=1.0, hub_inertia=1.0), damping_ratio=0.01)
+    arm = replace(arm, joint=Joint(1.0, 1.0, rotor_inertia=1.0), damping_ratio=0.01)
+    return vary(arm, payload_mass=1.0, hub_inertia=1.0)
 
 
 def _parts_of_case(

@@ -4,21 +4,20 @@ Defaults are those of the classes that the tables describe.  Signs are checked h
 there, key by key: a class refuses the first wrong value, a file is told all of them at once.
 """
 
+# ruff: noqa: RUF012 - pydantic copies a default for every table that is read.
+
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
 from slewctl.arm import Hub, Motor, Payload, Rayleigh
 from slewctl.compare import Case, Grid
+from slewctl.files.drive_tables import ActuatorTable, JointTable, SensorTable
+from slewctl.files.table import Count, Efficiency, Finite, NonNegative, Positive, T, Table
+from slewctl.files.table import told as _told
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Efficiency = Annotated[float, Field(gt=0, le=1)]
-Count = Annotated[int, Field(ge=1)]
-T = TypeVar("T")
 # More is no comparison that anybody reads.
 Several = Annotated[list[T], Field(max_length=100)]
 # Of limits or of noise.
@@ -26,27 +25,6 @@ MOST_SIGNALS = 100
 
 # What a design file may say that it is written for.
 DESIGN_SCHEMA = "slewctl-design/1"
-
-
-def _told(unit: str, meaning: str, example: object) -> Any:
-    """Return what the reference of design files says of a key.
-
-    Parameters
-    ----------
-    unit : str
-        "1" of a number without one; of what is no number, what it is.
-    meaning : str
-        A phrase.
-    example : object
-        A value, as TOML would be read; of a table, one of its keys at least.
-    """
-    return Field(description=meaning, examples=[example], json_schema_extra={"unit": unit})
-
-
-class Table(BaseModel):
-    """A TOML table that refuses unknown keys and converts nothing."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class BeamTable(Table):
@@ -159,6 +137,22 @@ class ArmTable(Table):
             "a DC motor; without one only the torque is known",
             {"resistance": 2.6, "torque_constant": 0.0077, "back_emf_constant": 0.0077},
         ),
+    ] = None
+    joint: Annotated[
+        JointTable | None,
+        _told(
+            "table",
+            "an elastic joint between the rotor and the hub",
+            {"stiffness": 100.0, "rotor_inertia": 0.01},
+        ),
+    ] = None
+    actuator: Annotated[
+        ActuatorTable | None,
+        _told("table", "lag, dead time and torque limit of the drive", {"lag": 0.002}),
+    ] = None
+    sensors: Annotated[
+        dict[str, SensorTable] | None,
+        _told("tables", "lag and dead time of signals, by name", {"theta": {"lag": 0.001}}),
     ] = None
     damping: Annotated[
         dict[str, Any] | None,

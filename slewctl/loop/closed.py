@@ -27,6 +27,8 @@ from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import stability_threshold
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
+from slewctl.plant.readings import with_lags
+from slewctl.plant.statespace import bare_equations
 
 if TYPE_CHECKING:
     import control
@@ -54,6 +56,11 @@ class Loop:
     def plant(self) -> GeneralisedPlant:
         """The generalised plant of the objective on the model."""
         return generalised_plant(self.model, self.objective)
+
+    @property
+    def late(self) -> float:
+        """Dead time of the loop in s, from a reading to the torque that answers it."""
+        return self.controller.delay
 
     @cached_property
     def system(self) -> control.StateSpace:
@@ -135,8 +142,10 @@ class Loop:
 
     @cached_property
     def factors(self) -> FactoredLoop:
-        """L as plant and controller."""
-        return factored(self._path, negated(self.controller.linear))
+        """L as plant, controller and dead time, the arm's lags on the controller's side."""
+        arm = bare_equations(self.model, self.objective.sensors, self.objective.actuator)
+        controller = with_lags(self.controller.linear, self.model.arm)
+        return factored(arm, negated(controller), self.late)
 
     @cached_property
     def margins(self) -> Margins:
@@ -148,13 +157,17 @@ class Loop:
             An unstable loop has no margin.
         """
         self.require_stable("margins")
-        return classical_margins(self.opened, modes=self.modes, factors=self.factors)
+        return self.margins_at(0.0)
+
+    def margins_at(self, skew: float) -> Margins:
+        """Return the margins of a stable loop with this skew of the disk."""
+        return classical_margins(self.opened, skew=skew, modes=self.modes, factors=self.factors)
 
     @cached_property
     def modes(self) -> Modes:
         """The modes by which frequencies of the loop are named."""
         pair = Pair(self.plant.path, self.controller.linear, 1)
-        return modes_of_pair(pair, self.controller.delay, self.model.frequencies_hz)
+        return modes_of_pair(pair, self.late, self.model.frequencies_hz)
 
     @cached_property
     def h2(self) -> H2Cost:

@@ -6,12 +6,13 @@ from slewctl._threads import single_threaded
 from slewctl.design import Controller, fitted, given
 from slewctl.errors import InputError, shown
 from slewctl.loop.closed import Loop
+from slewctl.loop.delayed import DelayedLoop
 from slewctl.loop.parts import System, state_space
 from slewctl.loop.sampled import SampledLoop
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
 from slewctl.numerics.linear_system import LinearSystem, nameless, of_kind
-from slewctl.plant import Objective
+from slewctl.plant import Objective, loop_dead_time
 
 
 @single_threaded
@@ -33,7 +34,8 @@ def close(
     Returns
     -------
     Loop or SampledLoop
-        The latter, which is a `Loop` too, if the controller has a sample time.
+        The latter, which is a `Loop` too, if the controller has a sample time; a
+        `DelayedLoop`, another one, if it has none and the arm a dead time.
 
     Raises
     ------
@@ -70,8 +72,10 @@ def close(
         controller = fitted(controller, objective.sensors, objective.actuator)
     except InputError as error:
         raise error.at("close") from error
-    kind = SampledLoop if controller.sample_time else Loop
-    return kind(model, objective, controller)
+    if controller.sample_time:
+        return SampledLoop(model, objective, controller)
+    late = loop_dead_time(model.arm, objective.sensors)
+    return (DelayedLoop if late else Loop)(model, objective, controller)
 
 
 def is_system(value: object) -> bool:

@@ -28,6 +28,7 @@ from slewctl.loop.single.margin_results import Margins
 from slewctl.loop.single.mode_names import modes_of_pair
 from slewctl.loop.single.stability import check_single, require_stable
 from slewctl.numerics.interconnect import series
+from slewctl.plant import GeneralisedPlant
 
 
 @single_threaded
@@ -99,7 +100,10 @@ def margins(
         if not late:
             return _of_closed(plant, sign, skew)
         feedback_sign(sign, plant.controller)
-        return margins(plant.plant, plant.controller, skew=skew, delay=late)
+        late += plant.late - plant.controller.delay
+        return margins(plant.plant.exact, plant.controller, skew=skew, delay=late)
+    if isinstance(plant, GeneralisedPlant):
+        late, plant = late + plant.dead_time, plant.exact
     if controller is None:
         loop = state_space(plant, "plant")
         check_single(loop)
@@ -168,7 +172,10 @@ def hybrid_delay_margin(
     if isinstance(plant, Loop):
         if controller is not None:
             raise _has_its_own("hybrid_delay_margin")
-        controller, plant = plant.controller, plant.plant
+        late += plant.late - plant.controller.delay
+        controller, plant = plant.controller, plant.plant.exact
+    if isinstance(plant, GeneralisedPlant):
+        late, plant = late + plant.dead_time, plant.exact
     if controller is None:
         raise InputError(
             "there is no controller",
@@ -198,9 +205,7 @@ def _has_its_own(where: str) -> InputError:
 def _of_closed(loop: Loop, sign: int | None, skew: float) -> Margins:
     feedback_sign(sign, loop.controller)
     loop.require_stable("margins")
-    if skew == 0:
-        return loop.margins
-    return classical_margins(loop.opened, skew=skew, modes=loop.modes, factors=loop.factors)
+    return loop.margins if skew == 0 else loop.margins_at(skew)
 
 
 def _continuous_if(late: float, clock: float) -> None:

@@ -13,9 +13,9 @@ from slewctl.loop.sampled import SampledLoop
 from slewctl.numerics.balance import balance
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import solve_lyapunov
-from slewctl.plant import GeneralisedPlant, sampled_plant
+from slewctl.plant import GeneralisedPlant, arm_signals, sampled_plant
 from slewctl.plant.signals import TORQUE
-from slewctl.plant.statespace import arm_equations
+from slewctl.plant.statespace import APPLIED
 
 _TIP, _TORQUE, _VOLTAGE = "z_tip", "z_torque", "z_voltage"
 
@@ -29,7 +29,7 @@ class NoiseLevels:
     tip : float
         Of the tip along the arc, in m.
     torque : float
-        On the hub, in N·m; infinite where white sensor noise passes straight to it.
+        Of the actuator, in N·m; infinite where white sensor noise passes straight to it.
     voltage : float or None
         Of the motor, in V; None for an arm without one.
     """
@@ -64,16 +64,17 @@ def _watched(loop: Loop) -> GeneralisedPlant:
     """Return the loop's plant with tip, torque and voltage in the place of its performance."""
     plant, motor = loop.plant, loop.model.arm.motor
     actuator = loop.objective.actuator
-    rows = np.asarray(arm_equations(loop.model, ("tip", "theta_dot"), actuator).C)
-    nothing, rate = np.zeros(rows.shape[1]), rows[1]
-    outputs: dict[str, tuple[Array, float]] = {_TIP: (rows[0], 0.0)}
+    arm = arm_signals(plant, ("tip", "theta_motor_dot", APPLIED))
+    (tip, rate, applied), through = arm.C, float(arm.D[2, 0])
+    outputs: dict[str, tuple[Array, float]] = {_TIP: (tip, 0.0)}
     if actuator == TORQUE or motor is None:
-        outputs[_TORQUE] = (nothing, 1.0)
+        outputs[_TORQUE] = (applied, through)
         if motor is not None:
-            outputs[_VOLTAGE] = (motor.volts_per_rate * rate, 1 / motor.torque_per_volt)
+            volts = motor.voltage(applied, rate)
+            outputs[_VOLTAGE] = (volts, through / motor.torque_per_volt)
     else:
-        outputs[_TORQUE] = (-motor.back_emf_damping * rate, motor.torque_per_volt)
-        outputs[_VOLTAGE] = (nothing, 1.0)
+        outputs[_TORQUE] = (motor.torque(applied, rate), motor.torque_per_volt * through)
+        outputs[_VOLTAGE] = (applied, through)
     system, kept = plant.linear, len(outputs)
     C = np.vstack([[row for row, _ in outputs.values()], plant.C2])
     D = np.zeros((len(C), system.ninputs))
@@ -116,6 +117,6 @@ def _sampled(loop: SampledLoop, watched: GeneralisedPlant) -> dict[str, float]:
             states=system.state_labels, name=system.name,
         )  # fmt: skip
         one = replace(watched, system=alone)
-        sampled = sampled_plant(one, loop.sample_time, loop.controller.delay)
+        sampled = sampled_plant(one, loop.sample_time, loop.late)
         found[name] = math.sqrt(max(sampled.close(loop.controller.linear).h2.value, 0.0))
     return found

@@ -9,12 +9,22 @@ import numpy as np
 
 from slewctl._types import ComplexArray
 from slewctl.loop.closed import Loop
+from slewctl.loop.parts import negated
+from slewctl.loop.single.factored_loop import FactoredLoop, factored
 from slewctl.numerics.h2_norm import H2Cost
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.plant import SampledClosed, SampledPlant, continuous_equivalent, sampled_plant
+from slewctl.plant import (
+    GeneralisedPlant,
+    SampledClosed,
+    SampledPlant,
+    continuous_equivalent,
+    generalised_plant,
+    loop_dead_time,
+    sampled_plant,
+)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SampledLoop(Loop):
     """A controller with a clock closed around a model, usually the truth.
 
@@ -41,9 +51,24 @@ class SampledLoop(Loop):
         return self.controller.sample_time
 
     @cached_property
+    def plant(self) -> GeneralisedPlant:
+        """The generalised plant without the arm's dead time, which delays the hold."""
+        return generalised_plant(self.model, self.objective).exact
+
+    @cached_property
+    def late(self) -> float:
+        """Time in s from a sample to the torque computed from it, the arm's dead time too."""
+        return self.controller.delay + loop_dead_time(self.model.arm, self.objective.sensors)
+
+    @cached_property
     def sampled(self) -> SampledPlant:
         """The generalised plant between the hold, with the controller's delay, and the sampler."""
-        return sampled_plant(self.plant, self.sample_time, self.controller.delay)
+        return sampled_plant(self.plant, self.sample_time, self.late)
+
+    @cached_property
+    def factors(self) -> FactoredLoop:
+        """L as sampled plant and controller."""
+        return factored(self._path, negated(self.controller.linear))
 
     @cached_property
     def closed(self) -> SampledClosed:

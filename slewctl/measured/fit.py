@@ -57,9 +57,10 @@ def fit(
         leaves modes out.
     free : sequence of str
         What to adjust: ``beam.stiffness`` and ``beam.mass`` (factors on the arm's own),
-        ``payload.mass``, ``payload.inertia``, ``hub.inertia``, ``hub.radius``.
-    boundary : {"hub-locked", "free"}
-        Whether the hub was held, or turned freely without torque.
+        ``payload.mass``, ``payload.inertia``, ``hub.inertia``, ``hub.radius``,
+        ``joint.stiffness``.
+    boundary : {"hub-locked", "rotor-locked", "free"}
+        Whether the hub was held, or the rotor behind an elastic joint, or nothing.
     uncertainty : float or mapping of mode number to float, optional
         Relative standard deviation of the measurements.  Without it the same one is taken
         for all modes and estimated from the residuals, which needs more measurements than

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from slewctl.arm import Arm, vary
+from slewctl.arm import Arm, Joint, vary
+from slewctl.errors import InputError
 from slewctl.model.rigid import beam_inertia, beam_mass
 
 
@@ -35,6 +36,16 @@ class Adjustable:
     write: Callable[[Arm, float], Arm]
     scale: Callable[[Arm], float]
     positive: bool = False
+
+
+def _joint(arm: Arm) -> Joint:
+    if arm.joint is None:
+        raise InputError(
+            "the arm has no elastic joint",
+            where="fit.free",
+            remedy="leave joint.stiffness out, or give the arm its joint to begin with",
+        )
+    return arm.joint
 
 
 ADJUSTABLE: dict[str, Adjustable] = {
@@ -83,6 +94,14 @@ ADJUSTABLE: dict[str, Adjustable] = {
             lambda arm: arm.hub.radius,
             lambda arm, value: replace(arm, hub=replace(arm.hub, radius=value)),
             lambda arm: arm.beam.length,
+        ),
+        Adjustable(
+            "joint.stiffness",
+            "N·m/rad",
+            lambda arm: _joint(arm).stiffness,
+            lambda arm, value: vary(arm, joint_stiffness=value),
+            lambda arm: _joint(arm).stiffness,
+            positive=True,
         ),
     )
 }

@@ -19,18 +19,22 @@ from scipy.linalg import qr, solve_triangular
 from slewctl._show import Described
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.arm import Arm
+from slewctl.arm import Arm, KelvinVoigt
 from slewctl.basis import Basis
 from slewctl.basis.named import described
+from slewctl.basis.with_joint import WithJoint, jointed
 from slewctl.errors import InputError, shown
 from slewctl.model.quadrature import SAMPLED_DEGREE, UNIT_ROUNDOFF, Rule, composite, settled
 
-Boundary = Literal["hub-locked", "free"]
+Boundary = Literal["hub-locked", "rotor-locked", "free"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Model(Described):
     """The linear model M ẍ + D ẋ + K x = b τ of an arm in one basis, x = [θ, q].
+
+    With an elastic joint x = [θ_m, q] with the rotor's angle, and the first of q is the twist
+    θ − θ_m of the joint.
 
     Attributes
     ----------
@@ -39,7 +43,7 @@ class Model(Described):
     mass, damping, stiffness : ndarray, shape (n+1, n+1)
         M, D and K, symmetric; SI units.
     input : ndarray, shape (n+1,)
-        b: the torque acts on θ.
+        b: the torque acts on θ, or on the rotor.
     omega : ndarray, shape (n,)
         Undamped natural frequencies of the flexible modes in rad/s, increasing.
     mode_shapes : ndarray, shape (n+1, n+1)
@@ -69,8 +73,22 @@ class Model(Described):
 
     @property
     def n(self) -> int:
-        """Number of admissible functions."""
+        """Number of flexible coordinates: the admissible functions and a joint's twist."""
         return self.basis.n
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of [θ, q], or of [θ_m, twist, q] with an elastic joint; shape (n+1,)."""
+        if self.arm.joint is None:
+            return ("theta", *(f"q{i}" for i in range(1, self.n + 1)))
+        own = ("twist",) if isinstance(self.basis, WithJoint) else ()
+        rest = (f"q{i}" for i in range(1, self.n + 1 - len(own)))
+        return ("theta_motor", *own, *rest)
+
+    @property
+    def turning(self) -> Array:
+        """The row that reads the hub's angle θ off [θ, q] or [θ_m, q], shape (n+1,)."""
+        return np.concatenate([[1.0], self.basis.twist])
 
     @property
     def frequencies_hz(self) -> Array:
@@ -91,6 +109,7 @@ class Model(Described):
         """
         x = np.asarray(x, dtype=float)
         shapes = self.basis.evaluate(x / self.arm.beam.length)
+        shapes[:] += np.multiply.outer(self.arm.hub.radius + x, self.basis.twist)
         return np.column_stack([self.arm.hub.radius + x, shapes])
 
 
@@ -130,7 +149,8 @@ def assemble(arm: Arm, basis: Basis | str, n: int | None = None) -> Model:
         With J, Φ̃, M_e and K_e of eq. 33 and 35 extended by the hub's inertia (with the
         motor's rotor) and radius and the payload's mass and inertia; modal damping
         ``arm.damping_ratio`` on the flexible modes, the law ``arm.damping``, and
-        ``arm.hub.friction`` on θ.  The integrals are exact to rounding
+        ``arm.hub.friction`` on θ.  An elastic joint is a flexible coordinate more, the first;
+        its damping and the rotor's friction join.  The integrals are exact to rounding
         for polynomial and tabulated profiles; for a callable they are refined until they
         settle, and `Model.quadrature_error` says how far.
 
@@ -149,7 +169,13 @@ def assemble(arm: Arm, basis: Basis | str, n: int | None = None) -> Model:
     [1.06, 4.16]
     """
     check_arm(arm, "assemble")
-    matched = described(basis, n, "assemble").matched_to(arm)
+    matched = jointed(arm, described(basis, n, "assemble").matched_to(arm))
+    if arm.joint is None and matched.twist.any():
+        raise InputError(
+            f"the {matched.name} functions twist a joint that the arm has not got",
+            where="assemble",
+            remedy="give the arm its joint, or another basis",
+        )
     return model_from_factors(arm, matched, factors(arm, matched))
 
 
@@ -201,6 +227,13 @@ def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
     turn_rows = np.column_stack([[1.0], basis.evaluate(tip, 1) / L])
     hub_row = np.zeros((1, basis.n + 1))
     hub_row[0, 0] = math.sqrt(arm.hub_inertia)
+    if arm.joint is not None:
+        # The hub and all that it carries turn by θ = θ_m + twist, the rotor by θ_m.
+        for rows in (beam_rows, tip_rows, turn_rows):
+            rows[:, 1:] += np.multiply.outer(rows[:, 0], basis.twist)
+        hub = math.sqrt(arm.hub.inertia) * np.concatenate([[1.0], basis.twist])
+        hub_row[0, 0] = math.sqrt(arm.rotor_inertia)
+        hub_row = np.vstack([hub, hub_row])
     mass = np.vstack(
         [
             mass_root[:, None] * beam_rows,
@@ -209,7 +242,10 @@ def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
             hub_row,
         ]
     )
-    return Factors(mass, stiffness_root[:, None] * basis.evaluate(rule.xi, 2))
+    stiffness = stiffness_root[:, None] * basis.evaluate(rule.xi, 2)
+    if arm.joint is not None:
+        stiffness = np.vstack([math.sqrt(arm.joint.stiffness) * basis.twist, stiffness])
+    return Factors(mass, stiffness)
 
 
 def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
@@ -220,7 +256,7 @@ def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
     mass = parts.mass.T @ parts.mass
     stiffness = np.zeros((n + 1, n + 1))
     stiffness[1:, 1:] = parts.stiffness.T @ parts.stiffness
-    damping = _damping(arm, mass, stiffness, omega, modes)
+    damping = _damping(arm, basis.twist, mass, stiffness, omega, modes)
     force = np.zeros(n + 1)
     force[0] = 1.0
     return Model(arm, basis, mass, damping, stiffness, force, omega, modes, parts.quadrature_error)
@@ -234,8 +270,10 @@ def tip_signs(basis: Basis, shapes: Array) -> Array:
     return np.where(basis.combined(np.ones(1), 0, shapes) < 0, -1.0, 1.0)
 
 
-def _damping(arm: Arm, mass: Array, stiffness: Array, omega: Array, modes: Array) -> Array:
-    """Return D: modal damping, the arm's damping law and the friction at its hub.
+def _damping(
+    arm: Arm, twist: Array, mass: Array, stiffness: Array, omega: Array, modes: Array
+) -> Array:
+    """Return D: modal damping, the arm's damping law, friction at hub and rotor, the joint's.
 
     Modal damping is M U diag(2ζω) UᵀM; its θ row vanishes, since turning the arm as a rigid
     body bends nothing, and is set to exactly zero.
@@ -246,7 +284,16 @@ def _damping(arm: Arm, mass: Array, stiffness: Array, omega: Array, modes: Array
     if arm.damping is not None:
         alpha, beta = arm.damping.coefficients
         damping += alpha * mass + beta * stiffness
-    damping[0, 0] += arm.hub.friction
+    if arm.joint is None:
+        damping[0, 0] += arm.hub.friction
+        return damping
+    hub = np.concatenate([[1.0], twist])
+    damping += arm.hub.friction * np.outer(hub, hub)
+    damping[0, 0] += arm.joint.rotor_friction
+    own = arm.joint.damping
+    if isinstance(arm.damping, KelvinVoigt):  # of the beam's material alone
+        own -= arm.damping.retardation_time * arm.joint.stiffness
+    damping[1:, 1:] += own * np.outer(twist, twist)
     return damping
 
 

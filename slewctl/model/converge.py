@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm import Arm
-from slewctl.basis import Polynomial
+from slewctl.basis import Basis, Polynomial
+from slewctl.basis.with_joint import jointed
 from slewctl.errors import InputError, check_count, shown
 from slewctl.model.assembly import Boundary, RitzModes, factors, ritz_modes, rounding
 from slewctl.model.subspace import lowest_modes, trials
@@ -45,7 +46,8 @@ class Converged:
 
     Attributes
     ----------
-    basis : Polynomial
+    basis : Basis
+        Polynomials, and the twist of a joint that moves.
     omega : ndarray, shape (modes,)
         Natural frequencies in rad/s, increasing.
     shapes : ndarray, shape (basis.n, modes)
@@ -54,7 +56,7 @@ class Converged:
         Relative change of each frequency in the last enlargement, plus rounding.
     """
 
-    basis: Polynomial
+    basis: Basis
     omega: Array
     shapes: Array
     errors: Array
@@ -68,7 +70,7 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
     arm : Arm
         Its breakpoints are the edges of the panels.
     modes : int
-    boundary : {"hub-locked", "free"}
+    boundary : {"hub-locked", "rotor-locked", "free"}
     """
     edges = arm.beam.breakpoints
     panels = len(edges) + 1
@@ -83,8 +85,20 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
         omega = fine.omega[:modes]
         change = np.abs(coarse.omega[:modes] / omega - 1)
         if change.max() <= _TARGET or basis.n > max(_MOST_FUNCTIONS, panels * _MOST_TERMS):
-            return Converged(basis, omega, fine.shapes[:, :modes], change + rounding(omega))
+            turning = jointed(held(arm, boundary), basis)
+            return Converged(turning, omega, fine.shapes[:, :modes], change + rounding(omega))
         coarse = fine
+
+
+def held(arm: Arm, boundary: Boundary) -> Arm:
+    """Return the arm of a boundary: a joint between the rotor and a hub that is held is none."""
+    if boundary == "rotor-locked" and arm.joint is None:
+        raise InputError(
+            "the rotor and the hub of an arm without an elastic joint are one",
+            where="boundary",
+            remedy="ask for hub-locked, or give the arm its joint",
+        )
+    return replace(arm, joint=None) if boundary == "hub-locked" else arm
 
 
 def modes_in(
@@ -102,13 +116,14 @@ def modes_in(
     arm : Arm
     basis : Polynomial
     modes : int
-    boundary : {"hub-locked", "free"}
+    boundary : {"hub-locked", "rotor-locked", "free"}
     coarse : RitzModes, optional
         Those in a basis of fewer terms, to start from.
     tolerance : float
         Relative error of the shapes; that of the frequencies is its square.
     """
+    arm = held(arm, boundary)
     if basis.n <= max(_SMALL, 3 * trials(modes)):
-        return ritz_modes(factors(arm, basis), boundary)
+        return ritz_modes(factors(arm, jointed(arm, basis)), boundary)
     start = coarse.shapes[:, : trials(modes)] if coarse else None
     return lowest_modes(arm, basis, modes, boundary, start, tolerance)

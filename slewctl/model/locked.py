@@ -1,6 +1,7 @@
 """Natural frequencies with the hub locked or free, converged, with an error estimate.
 
-A locked hub is what a shaker test with the brake on, or a dip in the response of the hub
+A locked rotor, behind an elastic joint, gives the zeros of the rotor's own angle.  A locked
+hub is what a shaker test with the brake on, or a dip in the response of the hub
 angle, shows: the zeros of the transfer function from torque to hub angle.
 """
 
@@ -13,11 +14,12 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Basis
+from slewctl.basis.with_joint import jointed
 from slewctl.errors import check_choice
 from slewctl.model.assembly import Boundary, check_arm, factors, ritz_modes
-from slewctl.model.converge import check_modes, converged
+from slewctl.model.converge import check_modes, converged, held
 
-BOUNDARIES: tuple[Boundary, ...] = ("hub-locked", "free")
+BOUNDARIES: tuple[Boundary, ...] = ("hub-locked", "rotor-locked", "free")
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +28,8 @@ class Frequencies:
 
     Attributes
     ----------
-    boundary : {"hub-locked", "free"}
-        Whether the hub is held, or turns freely without torque.
+    boundary : {"hub-locked", "rotor-locked", "free"}
+        What is held: the hub, the rotor behind an elastic joint, or nothing.
     hz : ndarray, shape (modes,)
         Undamped frequencies of the flexible modes in Hz, increasing.
     relative_errors : ndarray, shape (modes,)
@@ -58,7 +60,8 @@ def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Freq
     arm : Arm
     modes : int
         How many flexible modes.
-    boundary : {"hub-locked", "free"}
+    boundary : {"hub-locked", "rotor-locked", "free"}
+        The rotor of an arm with an elastic joint.
 
     Returns
     -------
@@ -67,7 +70,8 @@ def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Freq
     Raises
     ------
     InputError
-        If `arm` is not an arm, modes < 1 or more than 500, or the boundary is unknown.
+        If `arm` is not an arm, modes < 1 or more than 500, or the boundary is unknown, or
+        the rotor's and there is no joint.
 
     Examples
     --------
@@ -110,4 +114,5 @@ def hub_locked_frequencies_hz(arm: Arm, modes: int) -> Array:
 
 def ritz_frequencies_hz(arm: Arm, basis: Basis, boundary: Boundary) -> Array:
     """Return all frequencies in Hz, shape (n,), that one `basis` gives, increasing."""
-    return ritz_modes(factors(arm, basis), boundary).omega / (2 * np.pi)
+    arm = held(arm, boundary)
+    return ritz_modes(factors(arm, jointed(arm, basis)), boundary).omega / (2 * np.pi)

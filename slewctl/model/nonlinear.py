@@ -3,6 +3,8 @@
     [J + qᵀSq] θ̈ + 2θ̇ qᵀS q̇ + Φ̃ q̈ + (D ẋ)_θ = τ
     Φ̃ᵀ θ̈ + M_e q̈ + (D ẋ)_q + [K_e − θ̇² S] q = 0,      S = M_s − κK_g, x = [θ, q]
 
+With an elastic joint θ in these is the hub's angle, θ_m plus the twist that q holds.
+
 κ = 0 is the paper's equations, in which a fast slew diverges as soon as θ̇ passes the lowest
 hub-locked frequency; κ = 1 adds the tension of the turning beam, which prevents it.
 """
@@ -82,18 +84,23 @@ class NonlinearModel(Described):
         return np.inf if self.stiffening else critical_spin_rad_s(self.linear)
 
     @cached_property
+    def turning(self) -> Array:
+        """Uᵀt, shape (n+1,): how far each mode turns the hub, t the row of θ."""
+        return self.linear.turning @ self.linear.mode_shapes
+
+    @cached_property
     def compliance(self) -> Array:
-        """M⁻¹b, shape (n+1,): the accelerations at rest per unit of torque."""
-        return self.linear.mode_shapes @ self.linear.mode_shapes[0]
+        """M⁻¹t, shape (n+1,): the accelerations at rest per unit of torque on the hub."""
+        return self.linear.mode_shapes @ self.turning
 
     def excessive(self, q: Array) -> LargeDeflectionError:
         """Return the error that says at which deflection `q` the equations cease to hold."""
         change = _form(q, self.softening)
-        tip = self.linear.displacement(np.array([self.linear.arm.beam.length]))[0, 1:] @ q
+        tip = float(self.linear.basis.evaluate(np.ones(1))[0] @ q)
         return LargeDeflectionError(
             f"with a tip deflection of {abs(tip):.3g} m the shortening of the bent beam takes "
             f"{-change:.3g} kg·m² from the inertia of {self.linear.mass[0, 0]:.3g} kg·m², of which "
-            f"a sudden torque meets only {1 / self.compliance[0]:.3g} kg·m²",
+            f"a sudden torque on the hub meets only {1 / (self.turning @ self.turning):.3g} kg·m²",
             where="large slew",
             remedy="slew more gently, give the hub its inertia, use fewer functions, or leave "
             "out the stiffening where the arm turns slowly",
@@ -116,18 +123,20 @@ class NonlinearModel(Described):
             stiffening alone.
         """
         U, model = self.linear.mode_shapes, self.linear
-        Sq = self.softening @ x[1:]
+        Sq, hub = self.softening @ x[1:], model.turning
+        rate = float(hub @ rates)
         force = -(model.stiffness @ x) - model.damping @ rates
-        force[0] += torque - 2 * rates[0] * (Sq @ rates[1:])
-        force[1:] += rates[0] ** 2 * Sq
+        force -= 2 * rate * (Sq @ rates[1:]) * hub
+        force[0] += torque
+        force[1:] += rate**2 * Sq
         change = float(x[1:] @ Sq)
         # The determinant of the mass matrix over that of M.
-        meeting = 1 + change * self.compliance[0]
+        meeting = 1 + change * float(self.turning @ self.turning)
         if not meeting > 0:
             raise self.excessive(x[1:])
-        # M⁻¹ = UUᵀ, and qᵀSq changes one entry of M: Sherman and Morrison.
+        # M⁻¹ = UUᵀ, and qᵀSq adds a matrix of rank one to M: Sherman and Morrison.
         free = U @ (U.T @ force)
-        return np.asarray(free - (change * free[0] / meeting) * self.compliance)
+        return np.asarray(free - (change * (hub @ free) / meeting) * self.compliance)
 
     def derivative(self, state: Array, torque: float) -> Array:
         """Return the time derivative of the state [θ, q, θ̇, q̇], shape (2(n+1),)."""
@@ -143,7 +152,7 @@ class NonlinearModel(Described):
         """
         x, rates = np.split(np.asarray(state, dtype=float), 2, axis=-1)
         change = _form(x[..., 1:], self.softening)
-        kinetic = _form(rates, self.linear.mass) + change * rates[..., 0] ** 2
+        kinetic = _form(rates, self.linear.mass) + change * (rates @ self.linear.turning) ** 2
         return np.asarray((kinetic + _form(x, self.linear.stiffness)) / 2)
 
     def angular_momentum(self, state: Array) -> Array:
@@ -155,7 +164,7 @@ class NonlinearModel(Described):
         """
         x, rates = np.split(np.asarray(state, dtype=float), 2, axis=-1)
         change = _form(x[..., 1:], self.softening)
-        return np.asarray(rates @ self.linear.mass[0] + change * rates[..., 0])
+        return np.asarray(rates @ self.linear.mass[0] + change * (rates @ self.linear.turning))
 
 
 def _form(x: Array, matrix: Array) -> Array:

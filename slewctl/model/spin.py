@@ -46,7 +46,7 @@ def carried_mass_factor(arm: Arm, basis: Basis) -> Array:
 
     It is M_e without the payload's rotary inertia, on which the centrifugal pull has no hold.
     """
-    light = replace(arm, payload=replace(arm.payload, inertia=0.0))
+    light = replace(arm, payload=replace(arm.payload, inertia=0.0), joint=None)
     return factors(light, basis).mass[:, 1:]
 
 
@@ -147,7 +147,8 @@ def spin_frequencies_hz(
     ----------
     model : Model
     spin_rad_s : float
-        Ω: the hub turns at this rate whatever the beam does.
+        Ω: the hub turns at this rate whatever the beam does; with an elastic joint the rotor
+        does, and the hub swings about it.
     plane : {"in", "out"}
         In the plane of rotation, M_e q̈ + [K_e − Ω²(M_s − κK_g)] q = 0; or out of it
         (flapping), M_e q̈ + [K_e + κΩ²K_g] q = 0, for a beam of the same bending stiffness
@@ -168,7 +169,8 @@ def spin_frequencies_hz(
     Raises
     ------
     InputError
-        If `model` is not a model, the spin not a number or the plane unknown.
+        If `model` is not a model, the spin not a number or the plane unknown; out of the
+        plane of an elastic joint, which turns in it alone.
 
     Examples
     --------
@@ -181,6 +183,12 @@ def spin_frequencies_hz(
     check_model(model, "spin_frequencies_hz")
     spin = check_number(spin_rad_s, "spin_frequencies_hz.spin_rad_s")
     check_choice(plane, PLANES, "spin_frequencies_hz.plane")
+    if plane == "out" and model.arm.joint is not None:
+        raise InputError(
+            "an elastic joint turns in the plane of rotation alone",
+            where="spin_frequencies_hz.plane",
+            remedy="give the model of the arm without its joint",
+        )
     squared = _spin_squared(model, spin, plane, stiffening)
     stable = squared > 0
     if not stable.all():
@@ -205,6 +213,10 @@ def _spin_squared(model: Model, spin: float, plane: Plane, stiffening: bool) -> 
     flap = periods**-2.0
     if plane == "out":
         return flap
+    if arm.joint is not None:
+        pulled = solve_triangular(T, carried_mass_factor(arm, basis).T, trans="T").T @ V.T / periods
+        in_plane = np.diag(flap) - spin**2 * pulled.T @ pulled
+        return np.asarray(np.linalg.eigvalsh(in_plane), dtype=float)
     if arm.payload.inertia == 0:
         return flap - spin**2
     turn = basis.evaluate(np.ones(1), 1)[0] / arm.beam.length

@@ -37,12 +37,14 @@ def trials(modes: int) -> int:
 class PanelOperator:
     """R₂T⁻¹ of an arm in as many polynomials on every panel, in panel-by-panel coordinates.
 
+    The twist of an elastic joint is a coordinate before them.
+
     Parameters
     ----------
     arm : Arm
     basis : Polynomial
         With equally many functions on every panel.
-    boundary : {"hub-locked", "free"}
+    boundary : {"hub-locked", "rotor-locked", "free"}
     """
 
     arm: Arm
@@ -107,13 +109,24 @@ class PanelOperator:
         return math.sqrt(self.arm.payload.inertia) / self.arm.beam.length
 
     @cached_property
-    def rigid(self) -> Array:
-        """The unit column of the rigid rotation, shape (points + 2,)."""
+    def turning(self) -> Array:
+        """Momenta of all that turns with the hub, by 1 rad/s, shape (points + 3,)."""
         arm = self.arm
         lever = self.mass_root[:, 0] * (arm.hub.radius + arm.beam.length * self.points)
-        rest = [math.sqrt(arm.payload.inertia), math.sqrt(arm.hub_inertia)]
-        column = np.concatenate([lever, rest])
+        hub = arm.hub.inertia if arm.joint is not None else arm.hub_inertia
+        return np.concatenate([lever, [math.sqrt(arm.payload.inertia), math.sqrt(hub), 0.0]])
+
+    @cached_property
+    def rigid(self) -> Array:
+        """The unit column of the rigid rotation, shape (points + 3,)."""
+        column = self.turning.copy()
+        column[-1] = 0.0 if self.arm.joint is None else math.sqrt(self.arm.rotor_inertia)
         return np.asarray(column / np.linalg.norm(column))
+
+    @property
+    def joint_root(self) -> float:
+        """√k_j; zero without an elastic joint."""
+        return 0.0 if self.arm.joint is None else math.sqrt(self.arm.joint.stiffness)
 
     def without_rotation(self, rows: Array) -> Array:
         """Return rows of momenta with the rigid rotation taken out, if the hub is free."""
@@ -123,32 +136,50 @@ class PanelOperator:
         return rows
 
     def coefficients(self, vectors: Array) -> Array:
-        """Return T⁻¹ x as coefficients of the basis, shape (n, k)."""
+        """Return T⁻¹ x: coefficients of the basis, after the twist of a joint, shape (n, k)."""
+        if self.joint_root:
+            return np.vstack([vectors[:1] / self.joint_root, self._bending(vectors[1:])])
+        return self._bending(vectors)
+
+    def _bending(self, vectors: Array) -> Array:
         stacked = np.linalg.solve(self.strain[1], vectors.reshape(self.panels, self.terms, -1))
         return np.asarray(stacked.transpose(1, 0, 2).reshape(self.basis.n, -1))
 
     def vectors(self, coefficients: Array) -> Array:
         """Return T c of coefficients of a basis of at most as many terms, shape (n, k)."""
+        if self.joint_root:
+            bent = self._strained(coefficients[1:])
+            return np.vstack([self.joint_root * coefficients[:1], bent])
+        return self._strained(coefficients)
+
+    def _strained(self, coefficients: Array) -> Array:
         given = coefficients.reshape(-1, self.panels, coefficients.shape[1]).transpose(1, 0, 2)
         return np.asarray(
             (self.strain[1][:, :, : given.shape[1]] @ given).reshape(self.basis.n, -1)
         )
 
     def applied(self, vectors: Array) -> Array:
-        """Return R₂T⁻¹ x up to an orthogonal factor, shape (points + 2, k)."""
+        """Return R₂T⁻¹ x up to an orthogonal factor, shape (points + 3, k)."""
         C, tip = self.coefficients(vectors), np.ones(1)
-        moved = self.mass_root * self.basis.combined(self.points, 0, C)
-        turned = self.turn_root * self.basis.combined(tip, 1, C)
-        return self.without_rotation(np.vstack([moved, turned, np.zeros_like(turned)]))
+        bent = C[1:] if self.joint_root else C
+        moved = self.mass_root * self.basis.combined(self.points, 0, bent)
+        turned = self.turn_root * self.basis.combined(tip, 1, bent)
+        rows = np.vstack([moved, turned, np.zeros((2, C.shape[1]))])
+        if self.joint_root:
+            rows += np.multiply.outer(self.turning, C[0])
+        return self.without_rotation(rows)
 
     def adjoint(self, rows: Array) -> Array:
         """Return the transpose of `applied` times `rows`, shape (n, k)."""
         rows, tip = self.without_rotation(rows), np.ones(1)
-        moved = self.basis.projected(self.points, 0, self.mass_root * rows[:-2])
-        total = moved + self.turn_root * self.basis.projected(tip, 1, rows[-2:-1])
+        moved = self.basis.projected(self.points, 0, self.mass_root * rows[:-3])
+        total = moved + self.turn_root * self.basis.projected(tip, 1, rows[-3:-2])
         stacked = total.reshape(self.terms, self.panels, -1).transpose(1, 0, 2)
         solved = np.linalg.solve(self.strain[1].transpose(0, 2, 1), stacked)
-        return np.asarray(solved.reshape(self.basis.n, -1))
+        bent = np.asarray(solved.reshape(self.basis.n, -1))
+        if self.joint_root:
+            return np.vstack([(self.turning @ rows)[None] / self.joint_root, bent])
+        return bent
 
     def smooth_moments(self, count: int) -> Array:
         """Return curvatures P_k/EI, that is with smooth bending moments, to start from."""
@@ -156,9 +187,10 @@ class PanelOperator:
         values = moments.reshape(self.panels, -1, count) / self.stiffness_root[:, :, None]
         # Over √(EI dx) once more than that: the points' weights belong to the curvature.
         weights = self.rule.weights.reshape(self.panels, -1, 1)
-        return np.asarray(
+        found = np.asarray(
             (self.strain[0].transpose(0, 2, 1) @ (weights * values)).reshape(self.basis.n, -1)
         )
+        return np.vstack([np.ones((1, count)), found]) if self.joint_root else found
 
 
 def lowest_modes(

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 from slewctl._lazy import attach
 
 if TYPE_CHECKING:
-    from slewctl.plant.arm_problem import generalised_plant
+    from slewctl.plant.arm_problem import arm_signals, generalised_plant
+    from slewctl.plant.dead_time import loop_dead_time
     from slewctl.plant.nonlinear import nonlinear_system
     from slewctl.plant.objective import Objective, signals_alone
     from slewctl.plant.problem import GeneralisedPlant, check_plant, ill_posed
@@ -32,11 +33,13 @@ __all__ = [
     "SampledClosed",
     "SampledPlant",
     "Signal",
+    "arm_signals",
     "balanced_truncation",
     "check_plant",
     "continuous_equivalent",
     "generalised_plant",
     "ill_posed",
+    "loop_dead_time",
     "modal_truncation",
     "nonlinear_system",
     "sampled_plant",

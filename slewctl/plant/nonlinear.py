@@ -12,6 +12,7 @@ from slewctl.errors import check_choice
 from slewctl.model import Model
 from slewctl.model.nonlinear import NonlinearModel, large_slew
 from slewctl.model.spin import warn_of_softening
+from slewctl.plant.readings import refuse_lags
 from slewctl.plant.signals import ACTUATORS, check_signals, signal
 from slewctl.plant.statespace import Actuator, drive
 
@@ -45,7 +46,7 @@ def nonlinear_system(
     Returns
     -------
     control.NonlinearIOSystem
-        Continuous; 2(n+1) states θ, q1 … qn and their rates.
+        Continuous, with the states of `state_space`.
 
     Warns
     -----
@@ -55,7 +56,8 @@ def nonlinear_system(
     Raises
     ------
     InputError
-        For an unknown output or input, or a voltage without a motor.
+        For an unknown output or input, a voltage without a motor, or lags or dead time of
+        the arm's actuator and sensors.
     LargeDeflectionError
         When evaluated at a deflection for which the equations do not hold.
 
@@ -68,17 +70,18 @@ def nonlinear_system(
     ['theta', 'tip']
     """
     equations = large_slew(model, stiffening)
+    refuse_lags(model.arm, "nonlinear_system")
     names = check_signals(outputs, "outputs", model.arm.beam)
     check_choice(input, ACTUATORS, "input")
     gain, drag = drive(model.arm, input)
-    coordinates = ["theta", *(f"q{i}" for i in range(1, model.n + 1))]
+    coordinates = model.coordinates
     reading = _Readings(equations, names)
 
     def torque(state: Array, u: Array) -> float:
         return float(gain * u[0] - drag * state[model.n + 1])
 
     def update(t: float, state: Array, u: Array, params: dict[str, Any]) -> Array:
-        rate = float(state[model.n + 1])
+        rate = float(model.turning @ state[model.n + 1 :])
         if abs(rate) > equations.critical_spin_rad_s:
             warn_of_softening(rate, equations.critical_spin_rad_s)
         return equations.derivative(state, torque(state, u))

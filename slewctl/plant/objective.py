@@ -21,8 +21,9 @@ class Objective:
         the cost divided by it.  Exactly one of ``torque`` (N·m) and ``voltage`` (V) is
         required: the one that the controller commands.
     noise : mapping of str to float
-        Square root of the two-sided spectral density of the torque disturbance on the hub
-        (N·m/√Hz), whatever the actuator, and of each sensor's noise (its unit/√Hz).  The
+        Square root of the two-sided spectral density of the torque disturbance (N·m/√Hz),
+        which acts where the actuator's torque does, on the hub or on the rotor behind an
+        elastic joint, and of each sensor's noise (its unit/√Hz).  The
         sensors named here are the measurements.
     weighted : bool
         False where limits and noise only name the signals; see `signals_alone`.

@@ -46,6 +46,10 @@ class GeneralisedPlant(Described, WithSystem):
     model : Model, optional
         What the plant was made of, for methods that need more than its matrices.
     objective : Objective, optional
+    undelayed : GeneralisedPlant, optional
+        The same without its `dead_time`, which `system` has as a Padé approximation.
+    dead_time : float
+        In s, between the controller's command and the actuator.
 
     Raises
     ------
@@ -57,10 +61,13 @@ class GeneralisedPlant(Described, WithSystem):
     sensors: tuple[str, ...]
     model: Model | None = None
     objective: Objective | None = None
+    undelayed: GeneralisedPlant | None = None
+    dead_time: float = 0.0
 
     def __str__(self) -> str:
         w, z = self.linear.input_labels[:-1], self.linear.output_labels[: self.performance]
         clock = f", every {self.sample_time:g} s" if self.sample_time else ""
+        clock += f", {self.dead_time:g} s late by Padé's approximation" if self.dead_time else ""
         return (
             f"plant of {self.linear.nstates} states{clock}: {', '.join([*w, self.actuator])} to "
             f"{', '.join([*z, *self.sensors])}"
@@ -84,6 +91,11 @@ class GeneralisedPlant(Described, WithSystem):
                 remedy="give at least one of each: inputs w then the actuator, outputs z then "
                 "the sensors",
             )
+
+    @property
+    def exact(self) -> GeneralisedPlant:
+        """The plant without its dead time's approximation; itself where it has none."""
+        return self if self.undelayed is None else self.undelayed
 
     @property
     def sample_time(self) -> float:

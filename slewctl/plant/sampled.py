@@ -200,6 +200,7 @@ def sampled_plant(plant: GeneralisedPlant, sample_time: float, delay: float = 0.
         T in s.
     delay : float
         In s, from a sample to the input computed from it; any fraction of T, up to 10 T.
+        The plant's own dead time is added, exactly.
 
     Returns
     -------
@@ -222,6 +223,7 @@ def sampled_plant(plant: GeneralisedPlant, sample_time: float, delay: float = 0.
     """
     check_plant(plant, "sampled_plant")
     T = check_positive(sample_time, "sample_time")
+    delay, plant = delay + plant.dead_time, plant.exact
     whole, part = split_delay(T, delay)
     if np.any(plant.B1 @ plant.D21.T):
         raise InputError(

@@ -49,6 +49,11 @@ class Signal:
 
 
 def _theta(model: Model) -> Array:
+    return model.turning
+
+
+def _theta_motor(model: Model) -> Array:
+    """The rotor's angle: that of the hub too, where no elastic joint is between them."""
     return np.eye(model.n + 1)[0]
 
 
@@ -111,6 +116,8 @@ def _root_moment(model: Model) -> Array:
 SIGNALS: dict[str, Signal] = {
     "theta": Signal("rad", _theta),
     "theta_dot": Signal("rad/s", _theta, "rate"),
+    "theta_motor": Signal("rad", _theta_motor),
+    "theta_motor_dot": Signal("rad/s", _theta_motor, "rate"),
     "tip": Signal("m", _tip),
     "tip_dot": Signal("m/s", _tip, "rate"),
     "tip_acceleration": Signal("m/s²", _tip, "acceleration"),

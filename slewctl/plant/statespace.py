@@ -14,6 +14,8 @@ from slewctl.errors import InputError, check_choice, check_positive
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.dead_time import late
+from slewctl.plant.readings import driven
 from slewctl.plant.signals import ACTUATORS, TORQUE, VOLTAGE, check_signals, signal
 
 if TYPE_CHECKING:
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 
 Coordinates = Literal["physical", "modal"]
 Actuator = Literal["torque", "voltage"]
+APPLIED = "applied"
+"""What the actuator applies, its lags and dead time included: the last of the outputs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,19 +48,26 @@ def state_space(
 ) -> control.StateSpace:
     """Return the state-space model of an arm from its actuator to named outputs.
 
+    Of an arm with an `Actuator` the input is its command, and its lags are states beside the
+    arm's, as is the Padé approximation of its dead time.  Outputs are the arm's own: what its
+    `Sensor` objects make of them is in the generalised plant.
+
     Parameters
     ----------
     model : Model
     outputs : sequence of str, or str
         Any of ``theta`` (rad), ``theta_dot`` (rad/s), ``tip`` (m, along the arc),
-        ``tip_dot`` (m/s), ``tip_acceleration`` (m/s²), ``tip_deflection`` (m) and
+        ``theta_motor`` (rad) and ``theta_motor_dot`` (rad/s), the rotor's behind an elastic
+        joint, ``tip_dot`` (m/s), ``tip_acceleration`` (m/s²), ``tip_deflection`` (m) and
         ``root_moment`` (N·m), and sensors at a station: ``moment@50mm`` (N·m),
         ``deflection@50mm`` (m) and ``acceleration@50mm`` (m/s²); see `signal`.
     input : {"torque", "voltage"}
-        Torque: the torque on the hub, as of a motor under current control.  Voltage: that
-        of the arm's motor, whose back-EMF is then friction at the hub.
+        Torque: the torque on the hub, or on the rotor behind an elastic joint, as of a motor
+        under current control.  Voltage: that of the arm's motor, whose back-EMF is then
+        friction there.
     coordinates : {"physical", "modal"}
-        Physical: states θ, q_1 … q_n and their rates; A and B are those of eq. 44, with
+        Physical: states θ, q_1 … q_n and their rates (with an elastic joint ``theta_motor``
+        and ``twist`` in the place of θ); A and B are those of eq. 44, with
         damping.  Modal: x = Uη, so that A consists of diagonal blocks; this is the
         better conditioned one.
     sample_time : float, optional
@@ -66,13 +77,15 @@ def state_space(
     Returns
     -------
     control.StateSpace
-        2(n+1) states, input ``torque`` in N·m or ``voltage`` in V.
+        2(n+1) states, two more with an elastic joint; input ``torque`` in N·m or ``voltage``
+        in V.
 
     Raises
     ------
     InputError
         For an unknown output, input or coordinates, a station beyond the tip, a voltage
-        without a motor, or a sample time that is not positive.
+        without a motor, a sample time that is not positive, or one beside a dead time,
+        which `sampled_plant` takes exactly.
 
     Examples
     --------
@@ -83,10 +96,20 @@ def state_space(
     >>> G.nstates, G.input_labels, G.output_labels
     (6, ['torque'], ['theta', 'tip'])
     """
-    continuous = arm_equations(model, outputs, input, coordinates).to_control()
+    check_model(model, "state_space")
+    check_signals(outputs, "outputs", model.arm.beam)
+    equations = arm_equations(model, outputs, input, coordinates)
+    delay = model.arm.drive.delay
     if sample_time is None:
-        return continuous
+        return late(equations, delay).to_control()
     step = check_positive(sample_time, "sample_time")
+    if delay:
+        raise InputError(
+            "the actuator's dead time is not part of a sampled state space",
+            where="sample_time",
+            remedy="use slewctl.sampled_plant, which takes it exactly",
+        )
+    continuous = equations.to_control()
     return continuous.sample(step, method="zoh", name=f"{continuous.name}_sampled")
 
 
@@ -96,9 +119,24 @@ def arm_equations(
     input: Actuator = "torque",
     coordinates: Coordinates = "modal",
 ) -> LinearSystem:
-    """Return what `state_space` returns, continuous and without python-control."""
-    check_model(model, "state_space")
-    names = check_signals(outputs, "outputs", model.arm.beam)
+    """Return the arm's signals from the command of its actuator, without its dead time.
+
+    `APPLIED` among the outputs is what the actuator applies, in its own unit.
+    """
+    return driven(bare_equations(model, outputs, input, coordinates), model.arm.drive.lags)
+
+
+def bare_equations(
+    model: Model,
+    outputs: Sequence[str] | str,
+    input: Actuator = "torque",
+    coordinates: Coordinates = "modal",
+) -> LinearSystem:
+    """Return the same from what the actuator applies."""
+    wanted = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+    names = check_signals([name for name in wanted if name != APPLIED], "outputs", model.arm.beam)
+    for name in dict(model.arm.sensors):
+        signal(name, "arm.sensors", model.arm.beam)
     check_choice(input, ACTUATORS, "input")
     system = _second_order(model, coordinates, input)
     size = len(system.names)
@@ -108,6 +146,9 @@ def arm_equations(
     D = np.zeros((len(names), 1))
     for i, name in enumerate(names):
         C[i], D[i] = _output_row(model, system, name)
+    if APPLIED in wanted:
+        C, D = np.vstack([C, np.zeros(2 * size)]), np.vstack([D, np.ones((1, 1))])
+        names = (*names, APPLIED)
     return LinearSystem(
         A,
         B,
@@ -132,7 +173,7 @@ def require_motor(arm: Arm, where: str) -> Motor:
 
 
 def drive(arm: Arm, actuator: str) -> tuple[float, float]:
-    """Return the torque at rest per unit of the actuator, and its friction at the hub.
+    """Return the torque at rest per unit of the actuator, and its friction where it acts.
 
     Returns
     -------
@@ -156,7 +197,7 @@ def _second_order(model: Model, coordinates: Coordinates, actuator: str) -> _Sec
         squared = np.concatenate([[0.0], model.omega**2])
         return _SecondOrder(np.diag(squared), U.T @ damping @ U, U.T @ force, U, names)
     # M⁻¹ = UUᵀ: the modes are known to full accuracy, so M need not be factorised again.
-    names = ("theta", *(f"q{i}" for i in range(1, model.n + 1)))
+    names = model.coordinates
     return _SecondOrder(
         U @ (U.T @ model.stiffness),
         U @ (U.T @ damping),

@@ -248,7 +248,7 @@ NICHOLS = (
 )
 SLEW = (
     "The slew on the truth: tip position, its error against the rigid arm, and torque. "
-    "Drawn as if the motor had no limits; unstable loops are left out."
+    "Drawn as if the drive had no limits; unstable loops are left out."
 )
 
 

@@ -121,9 +121,9 @@ def test_rotor_inertia_reaches_the_hub_through_the_gear() -> None:
     [(0.9, 9.0, False), (1.0, 10.0, False), (1.1, 9.0, True), (0.9, 11.0, True)],
 )
 def test_limits_are_exceeded_by_either_peak(torque: float, voltage: float, expected: bool) -> None:
-    limited = replace(SRV02, torque_limit=1.0, voltage_limit=10.0)
-    assert limited.saturates(torque, voltage) is expected
-    assert not SRV02.saturates(torque, voltage)
+    arm = Arm(Beam(1.0, 1.0, 1.0), motor=replace(SRV02, torque_limit=1.0, voltage_limit=10.0))
+    assert bool(arm.exceeded(torque, voltage)) is expected
+    assert not replace(arm, motor=SRV02).exceeded(torque, voltage)
 
 
 def quanser_link(rotor_inertia: float) -> Arm:

@@ -18,6 +18,7 @@ from slewctl import (
     Beam,
     Hub,
     InputError,
+    Joint,
     KelvinVoigt,
     Motor,
     Payload,
@@ -87,6 +88,7 @@ def test_each_parameter_changes_its_property_alone() -> None:
         damping_ratio=(0.01, 0.02),
         damping=Rayleigh(0.1, 1e-4),
         motor=Motor(1.0, 0.1, 0.1, rotor_inertia=1e-4),
+        joint=Joint(50.0, 0.3),
         name="all",
     )
     expected = {
@@ -98,6 +100,9 @@ def test_each_parameter_changes_its_property_alone() -> None:
         "hub_inertia_factor": replace(arm, hub=Hub(1.0, 0.1, 0.2)),
         "stiffness_factor": replace(arm, beam=Beam(1.0, 2.0, 6.0)),
         "mass_factor": replace(arm, beam=Beam(1.0, 4.0, 3.0)),
+        "joint_stiffness": replace(arm, joint=Joint(2.0, 0.3)),
+        "joint_damping": replace(arm, joint=Joint(50.0, 2.0)),
+        "joint_stiffness_factor": replace(arm, joint=Joint(100.0, 0.3)),
         "damping_factor": replace(arm, damping_ratio=(0.02, 0.04), damping=Rayleigh(0.2, 2e-4)),
     }
     assert set(expected) == set(CHANGES)

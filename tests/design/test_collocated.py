@@ -285,7 +285,7 @@ def test_more_lead_than_one_compensator_gives() -> None:
 @pytest.mark.parametrize("method", [pd_notch, lead])
 def test_the_angle_must_be_measured(method: object) -> None:
     objective = Objective(OBJECTIVE.limits, {"torque": 0.1, "tip": 0.01})
-    with pytest.raises(DesignError, match="hub angle is not measured"):
+    with pytest.raises(DesignError, match="neither the angle of the hub nor that of the rotor"):
         method(design_plant(2, objective))
 
 

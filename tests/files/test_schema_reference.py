@@ -11,9 +11,10 @@ import pytest
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
-from slewctl import Hub, InputError, KelvinVoigt, Motor, Payload, Rayleigh
+from slewctl import Actuator, Hub, InputError, Joint, KelvinVoigt, Motor, Payload, Rayleigh, Sensor
 from slewctl.basis import NAMES
 from slewctl.design import METHODS, options
+from slewctl.files.drive_tables import ActuatorTable, JointTable, SensorTable
 from slewctl.files.schema import (
     DesignTable,
     HubTable,
@@ -92,6 +93,9 @@ def test_pages_made_of_the_schema_leave_nothing_out(monkeypatch: pytest.MonkeyPa
 DESCRIBED: list[tuple[type[BaseModel], type[Any], dict[str, Any]]] = [
     (HubTable, Hub, {}),
     (PayloadTable, Payload, {}),
+    (ActuatorTable, Actuator, {}),
+    (SensorTable, Sensor, {}),
+    (JointTable, Joint, {"stiffness": 100.0}),
     (RayleighTable, Rayleigh, {"kind": "rayleigh"}),
     (KelvinVoigtTable, KelvinVoigt, {"kind": "kelvin-voigt", "retardation_time": 1e-4}),
     (

@@ -137,7 +137,9 @@ def _sampled(
     loop: SampledLoop, slew: Slew, end: float, steps: int
 ) -> tuple[np.ndarray, np.ndarray]:
     T, delay, K = loop.sample_time, loop.controller.delay, loop.controller.system
-    plant = state_space(loop.model, WATCHED, input=loop.objective.actuator, coordinates="modal")
+    plant = state_space(
+        loop.model, WATCHED[:-1], input=loop.objective.actuator, coordinates="modal"
+    )
     n, inputs = plant.nstates, told(loop)
     samples = int(end / T) + 1
     late, fraction = split_delay(T, delay)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from slewctl import Arm, Beam, Hub, InputError, Payload, Stations, arms
+from slewctl import Arm, Beam, Hub, InputError, Joint, Payload, Stations, arms
 from slewctl.arm.variation import scaled
 from slewctl.measured.fit import fit
 from slewctl.model.adjustable import ADJUSTABLE
@@ -17,6 +17,7 @@ from slewctl.model.locked import frequencies
 START = Arm(
     Beam(1.2, (2.0, -0.8), (50.0, 0.0, -20.0)), Hub(0.8, 0.1), Payload(0.3, 0.01), name="start"
 )
+JOINTED = replace(START, joint=Joint(120.0, rotor_inertia=0.3))
 
 
 def changed(arm: Arm, **values: float) -> Arm:
@@ -33,18 +34,21 @@ RECOVERABLE = [
     ("free", {"beam.stiffness": 1.4, "hub.inertia": 0.2}),
     ("free", {"hub.inertia": 2.0, "hub.radius": 0.3}),
     ("free", {"payload.mass": 0.0, "hub.inertia": 0.5}),
+    ("free", {"joint.stiffness": 70.0, "payload.mass": 0.2}),
+    ("rotor-locked", {"joint.stiffness": 90.0, "beam.stiffness": 1.2}),
 ]
 
 
 @pytest.mark.parametrize(("boundary", "truth"), RECOVERABLE)
 def test_exact_data_give_the_arm_back(boundary: str, truth: dict[str, float]) -> None:
-    measured = START
+    start = JOINTED if "joint.stiffness" in truth else START
+    measured = start
     for name, value in truth.items():
         measured = ADJUSTABLE[name].write(measured, value)
     exact = frequencies(measured, 5, boundary).hz
-    found = fit(START, exact, [*truth], boundary, uncertainty=1e-3)
+    found = fit(start, exact, [*truth], boundary, uncertainty=1e-3)
     for name, value in truth.items():
-        scale = max(value, ADJUSTABLE[name].scale(START))
+        scale = max(value, ADJUSTABLE[name].scale(start))
         assert found[name].value == pytest.approx(value, abs=1e-8 * scale)
     assert np.abs(found.residuals).max() < 1e-9
     assert_allclose(frequencies(found.arm, 5, boundary).hz, exact, rtol=1e-9)

@@ -56,7 +56,7 @@ def test_infinite_hub_is_a_locked_one() -> None:
 
 
 def test_bad_input_is_refused() -> None:
-    assert BOUNDARIES == ("hub-locked", "free")
+    assert BOUNDARIES == ("hub-locked", "rotor-locked", "free")
     with pytest.raises(InputError, match=r"frequencies\.boundary: unknown name 'locked'"):
         frequencies(UNIFORM, 2, "locked")
     with pytest.raises(InputError, match=r"frequencies\.modes: 0 is not"):

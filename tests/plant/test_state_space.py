@@ -107,6 +107,8 @@ def test_each_output_is_what_it_says(basis: object, coordinates: str, full_arm: 
     expected = {
         "theta": x[0],
         "theta_dot": 1j * omega * x[0],
+        "theta_motor": x[0],  # no joint between
+        "theta_motor_dot": 1j * omega * x[0],
         "tip": tip,
         "tip_dot": 1j * omega * tip,
         "tip_acceleration": -(omega**2) * tip,

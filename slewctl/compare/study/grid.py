@@ -308,7 +308,17 @@ def arm_of(base: Arm, setting: Setting) -> Arm:
     """Return the arm of a setting: the base's beam with the hub and payload wanted."""
     hub = replace(base.hub, inertia=setting.hub_ratio * beam_inertia(base))
     payload = Payload(setting.payload_ratio * beam_mass(base), base.payload.inertia)
-    return Arm(base.beam, hub, payload, damping_ratio=setting.damping_ratio, name=base.name)
+    joint = base.joint and replace(base.joint, rotor_inertia=base.rotor_inertia)
+    return Arm(
+        base.beam,
+        hub,
+        payload,
+        damping_ratio=setting.damping_ratio,
+        joint=joint,
+        actuator=base.actuator,
+        sensors=base.sensors,
+        name=base.name,
+    )
 
 
 def objective_of(arm: Arm, bandwidth: float, sensors: Sequence[str]) -> Objective:

@@ -180,14 +180,21 @@ def picked(plant: GeneralisedPlant, **factors: float) -> Array:
     return np.array([factors.get(name, 0.0) for name in plant.sensors])
 
 
-def require_theta(plant: GeneralisedPlant) -> None:
-    """Refuse a plant that does not measure the hub angle."""
-    if "theta" not in plant.sensors:
-        raise DesignError(
-            f"the hub angle is not measured, only {', '.join(plant.sensors)}",
-            where="noise",
-            remedy="add the sensor noise.theta",
-        )
+ANGLES = ("theta", "theta_motor")
+"""Sensors of the angle, the hub's first."""
+
+
+def angle_of(plant: GeneralisedPlant) -> str:
+    """Return the sensor of the angle, the hub's or else the rotor's; refuse a plant without."""
+    for name in ANGLES:
+        if name in plant.sensors:
+            return name
+    raise DesignError(
+        f"neither the angle of the hub nor that of the rotor is measured, only "
+        f"{', '.join(plant.sensors)}",
+        where="noise",
+        remedy="add the sensor noise.theta or noise.theta_motor",
+    )
 
 
 def not_used(plant: GeneralisedPlant, used: Sequence[str]) -> tuple[str, ...]:

@@ -10,13 +10,13 @@ import numpy as np
 from slewctl.design.breakdown import guarded
 from slewctl.design.classical.filters import (
     Section,
+    angle_of,
     check_frequency,
     in_series,
     lead_section,
     low_pass,
     not_used,
     picked,
-    require_theta,
     response,
     rigid_arm,
     summed,
@@ -46,7 +46,7 @@ def lead(
     Parameters
     ----------
     plant : GeneralisedPlant
-        It must measure ``theta``; other sensors are not used.
+        It must measure ``theta``, or ``theta_motor``; other sensors are not used.
     crossover_hz : float
         Where the loop around the rigid arm has gain one; it has no default.
     phase_lead_deg : float
@@ -79,7 +79,7 @@ def lead(
     """
     start = perf_counter()
     rigid = rigid_arm(plant)
-    require_theta(plant)
+    angle = angle_of(plant)
     crossover = (
         2 * math.pi * check_frequency(crossover_hz, "crossover_hz", "where the loop has gain one")
     )
@@ -98,7 +98,7 @@ def lead(
     s = 1j * crossover
     arm = rigid.torque_per_unit / (rigid.inertia * s**2 + rigid.drag * s)
     gain = 1 / abs(arm * response(sections, s))
-    system = summed(plant, [(picked(plant, theta=1.0), sections, -gain)], "lead")
+    system = summed(plant, [(picked(plant, **{angle: 1.0}), sections, -gain)], "lead")
     A, B, C, D = in_series(sections)
     found = (C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D)[0, 0] * gain
     zero, pole = sections[0].numerator, sections[0].denominator
@@ -116,7 +116,7 @@ def lead(
             f"zero at {zero[1] / zero[0] / (2 * math.pi):.4g} Hz, pole at "
             f"{pole[1] / (2 * math.pi):.4g} Hz, low-pass filter of second order at "
             f"{corner / (2 * math.pi):.4g} Hz",
-            *not_used(plant, ("theta",)),
+            *not_used(plant, (angle,)),
         ),
         seconds={"solve": perf_counter() - start},
     )

@@ -14,6 +14,7 @@ from slewctl.design.breakdown import guarded
 from slewctl.design.classical.filters import (
     RigidArm,
     Section,
+    angle_of,
     check_frequency,
     in_series,
     low_pass,
@@ -21,7 +22,6 @@ from slewctl.design.classical.filters import (
     not_used,
     notch,
     picked,
-    require_theta,
     response,
     rigid_arm,
     summed,
@@ -32,6 +32,7 @@ from slewctl.design.result import Check, Controller, finished
 from slewctl.errors import DesignError, InputError, check_positive, shown
 from slewctl.model import Model
 from slewctl.plant import GeneralisedPlant
+from slewctl.plant.signals import signal
 from slewctl.plant.statespace import drive
 
 # The low-pass filter starts this far above the rigid body's poles unless told otherwise.
@@ -63,7 +64,8 @@ def pd_notch(
     Parameters
     ----------
     plant : GeneralisedPlant
-        It must measure ``theta``; ``theta_dot`` is used if it is measured, other sensors
+        It must measure ``theta``, or ``theta_motor`` on the rotor's side of an elastic joint;
+        the rate of the same angle is used if it is measured, other sensors
         are not.  Without it the rate is that of the filtered angle.
     bandwidth_hz : float
         Undamped frequency of the rigid arm's pair of poles; it has no default.
@@ -105,7 +107,7 @@ def pd_notch(
     """
     start = perf_counter()
     model, rigid = model_of(plant), rigid_arm(plant)
-    require_theta(plant)
+    angle = angle_of(plant)
     wish = PDWish.of(bandwidth_hz, damping_ratio, rolloff_hz)
     depth = _depth(0.1 if notch_depth is None else notch_depth)
     width = check_positive(0.5 if notch_width is None else notch_width, "notch_width")
@@ -133,7 +135,7 @@ def pd_notch(
         assumptions=(
             *law.described(plant, rigid),
             _said(model, chosen, automatic, f"{depth:.3g} over a width of {width:.3g}"),
-            *not_used(plant, ("theta", "theta_dot")),
+            *not_used(plant, (angle, f"{angle}_dot")),
         ),
         seconds={"solve": perf_counter() - start},
     )
@@ -200,10 +202,11 @@ class PDLaw:
 
     def branch(self, plant: GeneralisedPlant) -> tuple[Array, tuple[Section, ...], float]:
         """Return the controller as a branch of `summed`."""
-        if "theta_dot" in plant.sensors:
-            row = picked(plant, theta=self.proportional, theta_dot=self.derivative)
-            return row, self.filters, -1.0
-        return picked(plant, theta=1.0), self.with_derivative(), -1.0
+        angle = angle_of(plant)
+        if f"{angle}_dot" in plant.sensors:
+            gains = {angle: self.proportional, f"{angle}_dot": self.derivative}
+            return picked(plant, **gains), self.filters, -1.0
+        return picked(plant, **{angle: 1.0}), self.with_derivative(), -1.0
 
     def with_derivative(self) -> tuple[Section, ...]:
         """Return k_p + k_d s with the filters, as a filter of the angle alone."""
@@ -234,7 +237,9 @@ class PDLaw:
     def described(self, plant: GeneralisedPlant, rigid: RigidArm) -> tuple[str, ...]:
         """Return what was assumed, in words."""
         hertz = 2 * math.pi
-        rate = "theta_dot" if "theta_dot" in plant.sensors else "theta behind the low-pass filter"
+        angle = angle_of(plant)
+        measured = f"{angle}_dot" in plant.sensors
+        rate = f"{angle}_dot" if measured else f"{angle} behind the low-pass filter"
         unit = "V" if plant.actuator == "voltage" else "N·m"
         return (
             f"poles at {self.wish.omega / hertz:.4g} Hz with damping ratio "
@@ -294,14 +299,17 @@ def _robbed_modes(
 ) -> tuple[int, ...]:
     """Return the modes that lose more than half their own damping to the filters' lag.
 
-    To first order the loop moves the pole of mode m by j k φ²K(jω)/(2ω) with φ its rotation at
-    the hub: to the right where K lags.  A notch changes the gains, and the lag at other
-    modes, so the question is asked again until no mode is added.
+    To first order the loop moves the pole of mode m by j k φ_u φ_y K(jω)/(2ω) with φ its rotation
+    where the torque acts and where the angle is measured: to the right where K lags, or, with
+    an elastic joint between, where it leads and the two turn against each other.  A notch
+    changes the gains, and the lag at other modes, so the question is asked again until no mode
+    is added.
     """
     rigid, omega, U = rigid_arm(plant), model.omega, model.mode_shapes[:, 1:]
     drag = drive(model.arm, plant.actuator)[1]
     own = (np.sum(U * (model.damping @ U), axis=0) + drag * U[0] ** 2) / 2
-    reach = rigid.torque_per_unit * U[0] ** 2 / (2 * omega)
+    seen = signal(angle_of(plant)).row(model) @ model.mode_shapes[:, 1:]
+    reach = rigid.torque_per_unit * U[0] * seen / (2 * omega)
     chosen: tuple[int, ...] = ()
     while True:
         law = pd_law(rigid, wish, notches(chosen))

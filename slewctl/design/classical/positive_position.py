@@ -22,11 +22,12 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.design.breakdown import guarded
 from slewctl.design.classical.filters import (
+    ANGLES,
+    angle_of,
     low_pass,
     model_of,
     not_used,
     picked,
-    require_theta,
     rigid_arm,
     summed,
 )
@@ -63,9 +64,9 @@ def positive_position(
     Parameters
     ----------
     plant : GeneralisedPlant
-        It must measure ``theta`` and a signal that shows the bending: ``root_moment``,
-        ``tip_deflection``, a moment or deflection at a station, or ``tip``, from which the
-        rigid rotation is subtracted.
+        It must measure ``theta``, or ``theta_motor``, and a signal that shows the bending:
+        ``root_moment``, ``tip_deflection``, a moment or deflection at a station, or ``tip``,
+        from which the rigid rotation is subtracted.
     bandwidth_hz, damping_ratio : float
         Of the rigid arm's pair of poles, as in `slewctl.design.classical.pd_notch.pd_notch`.
     modes : list of int
@@ -107,7 +108,7 @@ def positive_position(
     """
     start = perf_counter()
     model, rigid = model_of(plant), rigid_arm(plant)
-    require_theta(plant)
+    angle = angle_of(plant)
     if isinstance(modes, str) or not isinstance(modes, Sequence) or not modes:
         raise InputError(
             f"{shown(modes)} names no modes", where="modes", remedy="give a list, as in [1]"
@@ -130,7 +131,7 @@ def positive_position(
             *law.described(plant, rigid),
             *(f.described(model) for f in filters),
             _condition(bending, static),
-            *not_used(plant, ("theta", "theta_dot", bending.name)),
+            *not_used(plant, (angle, f"{angle}_dot", bending.name)),
         ),
         seconds={"solve": perf_counter() - start},
     )
@@ -215,7 +216,7 @@ def _bending(plant: GeneralisedPlant, model: Model, wanted: object) -> _Bending:
     rows = {}
     for name in plant.sensors:
         sensor = signal(name, beam=model.arm.beam)
-        if name != "theta" and sensor.of == "displacement":
+        if name not in ANGLES and sensor.of == "displacement":
             rows[name] = sensor.row(model)
     if not rows:
         raise DesignError(
@@ -232,7 +233,10 @@ def _bending(plant: GeneralisedPlant, model: Model, wanted: object) -> _Bending:
     U = model.mode_shapes[:, 1:]
     residues = drive(model.arm, plant.actuator)[0] * U[0] * (row @ U)
     return _Bending(
-        name, picked(plant, **{name: 1.0}) - picked(plant, theta=angle), model.omega, residues
+        name,
+        picked(plant, **{name: 1.0}) - picked(plant, **{angle_of(plant): angle}),
+        model.omega,
+        residues,
     )
 
 

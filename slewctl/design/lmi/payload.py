@@ -46,6 +46,7 @@ from slewctl.errors import (
 from slewctl.model import Model
 from slewctl.numerics.h2_norm import h2_cost
 from slewctl.plant import GeneralisedPlant, check_plant, generalised_plant
+from slewctl.plant.readings import refuse_lags
 from slewctl.plant.statespace import drive
 
 # At the edge of what is possible a solver does not reach its accuracy: a range is advised
@@ -102,6 +103,10 @@ def changed_dynamics(
     gain, drag = drive(arm, actuator)
     alpha, beta = arm.damping.coefficients if arm.damping is not None else (0.0, 0.0)
     c = model.displacement(np.array([arm.beam.length]))[0]
+    bending = model.stiffness.copy()
+    if arm.joint is not None:  # its spring is none of the beam's
+        twist = model.basis.twist
+        bending[1:, 1:] -= arm.joint.stiffness * np.outer(twist, twist)
     added = mass - arm.payload.mass
     U = model.mode_shapes
     spread = U @ (U.T @ c)  # M₀⁻¹c, M₀⁻¹ = UUᵀ
@@ -114,14 +119,14 @@ def changed_dynamics(
     damping = (
         model.damping
         + drag * np.outer(model.input, model.input)
-        + beta * (factor - 1) * model.stiffness
+        + beta * (factor - 1) * bending
         + alpha * added * np.outer(c, c)
     )
     size = len(U)
     A = np.block(
         [
             [np.zeros((size, size)), np.eye(size)],
-            [-accelerated(factor * model.stiffness), -accelerated(damping)],
+            [-accelerated(model.stiffness + (factor - 1) * bending), -accelerated(damping)],
         ]
     )
     B = np.concatenate([np.zeros(size), gain * accelerated(model.input)])[:, None]
@@ -182,6 +187,7 @@ def payload_lmi(
             where="payload_lmi",
             remedy="make it with slewctl.generalised_plant(model, objective)",
         )
+    refuse_lags(plant.model.arm, "payload_lmi")
     masses = check_given(payload_mass, "payload_mass", "the range in kg, such as [0.0, 0.1]")
     wanted = Range(
         _interval(masses, "payload_mass"), _interval(stiffness, "stiffness", positive=True)

@@ -27,14 +27,18 @@ from slewctl.plant import GeneralisedPlant
 
 
 def angle_sensor(plant: GeneralisedPlant) -> int:
-    """Return the place of ``theta`` among the sensors; refuse a plant that has none."""
-    if "theta" not in plant.sensors:
-        raise InputError(
-            "the hub angle is not measured, so its error cannot be integrated",
-            where="integral_limit",
-            remedy="add the sensor noise.theta, or leave the integral out",
-        )
-    return plant.sensors.index("theta")
+    """Return the place of the angle among the sensors; refuse a plant that has none.
+
+    ``theta``, or else ``theta_motor``: at rest an elastic joint is not twisted.
+    """
+    for name in ("theta", "theta_motor"):
+        if name in plant.sensors:
+            return plant.sensors.index(name)
+    raise InputError(
+        "the hub angle is not measured, so its error cannot be integrated",
+        where="integral_limit",
+        remedy="add the sensor noise.theta, or leave the integral out",
+    )
 
 
 def integral_lqg(plant: GeneralisedPlant, limit: float) -> Controller:

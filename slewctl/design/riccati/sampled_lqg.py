@@ -32,11 +32,11 @@ def sampled_lqg(
     plant: GeneralisedPlant, sample_time: float, delay: float, integral_limit: float | None
 ) -> Controller:
     """Return the sampled LQG controller; see `slewctl.lqg`."""
-    T = sample_time
+    T, late = sample_time, float(delay) + plant.dead_time
     angle = None if integral_limit is None else angle_sensor(plant)
     check_assumptions(plant)
     start = perf_counter()
-    design = _Design(plant, T, float(delay), "lqg", angle, integral_limit)
+    design = _Design(plant.exact, T, late, "lqg", angle, integral_limit)
     whole, short = design.whole, design.short
     sampled = perf_counter()
     regulator, observer = design.regulator, design.observer
@@ -50,7 +50,7 @@ def sampled_lqg(
     achieved = closed.h2.value
     if integral_limit is not None:
         achieved += float(closed.covariance[-1, -1]) / integral_limit**2
-    n = len(plant.A)
+    n = len(plant.exact.A)
     gains = {"state_feedback": regulator.gain[:, :n], "observer": design.correction}
     if short.waiting:
         gains["input_on_its_way"] = regulator.gain[:, n : n + 1]

@@ -15,7 +15,7 @@ from slewctl.loop.motion.modal_motion import Motion, driven
 from slewctl.loop.motion.slew_inputs import TIP, WATCHED, Slew, signals, told
 from slewctl.numerics.interconnect import closed_matrix
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.plant.statespace import arm_equations
+from slewctl.plant import arm_signals
 
 # Where a search first cuts the slew, in fractions of it …
 _TURNING = np.linspace(0.0, 1.0, 33)
@@ -100,22 +100,21 @@ class ContinuousMotion:
 
 
 def tracking_system(loop: Loop) -> LinearSystem:
-    """Return the loop from [sensor references, feedforward] to `WATCHED` and the actuator."""
+    """Return the loop from [sensor references, feedforward] to `WATCHED`."""
     actuator = loop.objective.actuator
-    watched = arm_equations(loop.model, WATCHED, actuator)
+    watched = arm_signals(loop.plant, WATCHED)
     G, K = loop.plant.path, loop.controller.linear
     _, Bk, Ck, Dk = K.matrices
     B, C = np.asarray(G.B), np.asarray(G.C)
     A = closed_matrix(G.A, B, C, K.matrices)
     inputs = np.block([[-B @ Dk, B], [-Bk, np.zeros((K.nstates, 1))]])
-    outputs = np.block([[np.asarray(watched.C), np.zeros((len(WATCHED), K.nstates))], [Dk @ C, Ck]])
-    through = np.zeros((len(WATCHED) + 1, inputs.shape[1]))
-    through[-1] = np.concatenate([-Dk[0], [1.0]])
+    outputs = np.hstack([watched.C + watched.D @ Dk @ C, watched.D @ Ck])
+    through = watched.D @ np.hstack([-Dk, np.ones((1, 1))])
     return LinearSystem(
         A,
         inputs,
         outputs,
         through,
         inputs=[*(f"{name}_ref" for name in loop.controller.sensors), f"{actuator}_forward"],
-        outputs=[*WATCHED, actuator],
+        outputs=list(WATCHED),
     )

@@ -30,9 +30,11 @@ class Swing(Described):
     t : ndarray, shape (N,)
         Times in s.
     theta, theta_dot : ndarray, shape (N,)
-        rad and rad/s.
+        Of the hub, rad and rad/s.
+    theta_motor, theta_motor_dot : ndarray, shape (N,)
+        Of the rotor: behind an elastic joint not those of the hub.
     q, q_dot : ndarray, shape (N, n)
-        Coordinates of the deflection and their rates.
+        Coordinates of the deflection, the twist of a joint first, and their rates.
     tip, tip_deflection : ndarray, shape (N,)
         Along the arc and relative to the turned axis, in m.
     torque : ndarray, shape (N,)
@@ -48,8 +50,10 @@ class Swing(Described):
 
     t: Array
     theta: Array
+    theta_motor: Array
     q: Array
     theta_dot: Array
+    theta_motor_dot: Array
     q_dot: Array
     tip: Array
     tip_deflection: Array
@@ -81,8 +85,8 @@ class Swing(Described):
 
     @property
     def states(self) -> Array:
-        """[θ, q, θ̇, q̇] at each time, shape (N, 2(n+1))."""
-        return np.column_stack([self.theta, self.q, self.theta_dot, self.q_dot])
+        """[θ_m, q, θ̇_m, q̇] at each time, shape (N, 2(n+1)); θ_m = θ without a joint."""
+        return np.column_stack([self.theta_motor, self.q, self.theta_motor_dot, self.q_dot])
 
 
 @single_threaded
@@ -106,7 +110,8 @@ def simulate_swing(
         them, or a constant.  Jumps of a function are found, at the cost of some fifty
         short steps each.
     initial : array, shape (2(n+1),), optional
-        State [θ, q, θ̇, q̇] at t[0]; at rest by default.
+        State [θ, q, θ̇, q̇] at t[0], θ_m in the place of θ with an elastic joint; at rest by
+        default.
     rtol : float
         Error allowed in a step relative to the largest rate so far, 1e-13 at least.
 
@@ -231,7 +236,8 @@ class _Record:
         self._found[0], self._filled = start, 1
         self._ends, self._work = [start], [0.0]
         self._last: Step | None = None
-        self.fastest = float(np.abs(form.rates(start[None])[:, :1]).max())
+        self._hub = form.equations.linear.turning
+        self.fastest = float(np.abs(form.rates(start[None]) @ self._hub).max())
 
     def add(self, step: Step) -> None:
         """Take in one step."""
@@ -241,7 +247,7 @@ class _Record:
             self._found[self._filled : upto] = step.at(self._t[self._filled : upto])
             self._filled = upto
         rates = self._form.rates(step.stages)
-        self.fastest = max(self.fastest, float(np.abs(rates[:, 0]).max()))
+        self.fastest = max(self.fastest, float(np.abs(rates @ self._hub).max()))
         drag = ((rates @ self._form.equations.linear.damping) * rates).sum(axis=1)
         power = self._form.torque(step.times) * rates[:, 0] - drag
         self._work.append(self._work[-1] + step.h * float(gauss_nodes(len(power)).weights @ power))
@@ -255,16 +261,19 @@ class _Record:
         states = form.to_states(self._found)
         x, rates = np.split(states, 2, axis=1)
         tip = model.displacement(np.array([model.arm.beam.length]))[0]
+        bent = model.basis.evaluate(np.ones(1))[0]
         energy = form.equations.energy(form.to_states(np.array(self._ends)))
         balance = np.abs(energy - energy[0] - self._work).max()
         return Swing(
             t=self._t,
-            theta=x[:, 0],
+            theta=x @ self._hub,
+            theta_motor=x[:, 0],
             q=x[:, 1:],
-            theta_dot=rates[:, 0],
+            theta_dot=rates @ self._hub,
+            theta_motor_dot=rates[:, 0],
             q_dot=rates[:, 1:],
             tip=x @ tip,
-            tip_deflection=x[:, 1:] @ tip[1:],
+            tip_deflection=x[:, 1:] @ bent,
             torque=form.torque(self._t),
             energy=form.equations.energy(states),
             energy_error=float(balance / max(energy.max(), np.finfo(float).tiny)),

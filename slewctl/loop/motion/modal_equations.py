@@ -1,10 +1,11 @@
 """The equations of a large slew in modes and momenta, the form that is integrated.
 
 In the modes U of the linear model, [θ, q] = Uη, and with the momenta π = Uᵀ ∂T/∂ẋ as rates
-the equations are, with S̃ = UᵀSU, δ = ηᵀS̃η, u = Uᵀb and c = uᵀu,
+the equations are, with S̃ = UᵀSU, δ = ηᵀS̃η, u = Uᵀb, t = Uᵀ∂θ̇/∂ẋ and c = tᵀt,
 
-    η̇ = π − δθ̇u,      π̇ = −ω²η + θ̇²S̃η + uτ − UᵀDU η̇,      θ̇ = uᵀπ / (1 + δc).
+    η̇ = π − δθ̇t,      π̇ = −ω²η + θ̇²S̃η + uτ − UᵀDU η̇,      θ̇ = tᵀπ / (1 + δc).
 
+u and t differ where an elastic joint lies between the torque and the hub.
 Nothing in them is both nonlinear and stiff, which is what `GaussCollocation` is for.
 """
 
@@ -35,13 +36,13 @@ class ModalForm:
         model = equations.linear
         self.equations, self.torque = equations, torque
         self.U = model.mode_shapes
-        self.u = self.U[0].copy()
+        self.u, self.hub = self.U[0].copy(), equations.turning
         self.size = model.n + 1
         self._w = np.concatenate([model.omega[:1], model.omega])
         squared = np.concatenate([[0.0], model.omega**2])
         self.damping = self.U.T @ model.damping @ self.U
         self._softening = self.U[1:].T @ equations.softening @ self.U[1:]
-        self._compliance = float(self.u @ self.u)
+        self._compliance = float(self.hub @ self.hub)
         self.A = np.block(
             [
                 [np.zeros((self.size, self.size)), np.diag(self._w)],
@@ -73,8 +74,8 @@ class ModalForm:
             self._excess = self._deflection(y[np.argmin(meeting)])
             return None
         self._excess = None
-        rate = (y[:, self.size :] @ self.u) / meeting
-        lost = (change * rate)[:, None] * self.u
+        rate = (y[:, self.size :] @ self.hub) / meeting
+        lost = (change * rate)[:, None] * self.hub
         f = np.empty_like(y)
         f[:, : self.size] = -lost * self._w
         f[:, self.size :] = (rate**2)[:, None] * pull + lost @ self.damping
@@ -90,19 +91,19 @@ class ModalForm:
         _, change, meeting = self._bent(y)
         if not meeting > 0:
             raise self.equations.excessive(x[1:])
-        y[self.size :] += change * rates[0] * self.u
+        y[self.size :] += change * (model.turning @ rates) * self.hub
         return y
 
     def to_states(self, y: Array) -> Array:
-        """Return the states [θ, q, θ̇, q̇] of rows of y."""
+        """Return the states [θ, q, θ̇, q̇] (θ_m with a joint) of rows of y."""
         return np.hstack([(y[:, : self.size] / self._w) @ self.U.T, self.rates(y)])
 
     def rates(self, y: Array) -> Array:
         """Return [θ̇, q̇] of rows of y."""
         _, change, meeting = self._bent(y)
         momenta = y[:, self.size :]
-        rate = (momenta @ self.u) / meeting
-        return np.asarray((momenta - (change * rate)[:, None] * self.u) @ self.U.T)
+        rate = (momenta @ self.hub) / meeting
+        return np.asarray((momenta - (change * rate)[:, None] * self.hub) @ self.U.T)
 
     def _deflection(self, y: Array) -> Array:
         """Return q."""

@@ -21,8 +21,7 @@ from slewctl.loop.motion.extremes import Part
 from slewctl.loop.motion.modal_motion import Motion, decayed, driven
 from slewctl.loop.motion.slew_inputs import WATCHED, Slew, signals, told
 from slewctl.loop.sampled import SampledLoop
-from slewctl.plant import split_delay
-from slewctl.plant.statespace import arm_equations
+from slewctl.plant import arm_signals, split_delay
 
 # Relative: an instant this little after the end is the end.
 _ROUNDING = 1e-12
@@ -61,10 +60,9 @@ class SampledMotion:
     def __init__(self, loop: SampledLoop, slew: Slew) -> None:
         self._T, K = loop.sample_time, loop.controller.linear
         self._map, rows = loop.closed.A, signals(loop)
-        model, actuator = loop.model, loop.objective.actuator
-        self._plant = arm_equations(model, WATCHED, actuator)
-        self._outputs, self._through = rows[:, :-1] @ self._plant.C, rows[:, -1]
-        whole, fraction = split_delay(self._T, loop.controller.delay)
+        self._plant = arm_signals(loop.plant, WATCHED)
+        self._outputs, self._through = rows @ self._plant.C, rows @ self._plant.D[:, 0]
+        whole, fraction = split_delay(self._T, loop.late)
         spans = ((fraction, whole + 1), (self._T - fraction, whole))
         # How the signals and the states move while an input that is so late acts.
         modes = decoupled(np.asarray(self._plant.A), lambda rates: np.full(len(rates), self._T))
@@ -252,7 +250,7 @@ def _given(loop: SampledLoop, slew: Slew) -> Array:
     instants = T * np.arange(max(math.ceil(turned), 1) + 2.0)
     inputs = told(loop)
     # Each input acts from one of these times to the next.
-    angle, rate, _ = slew.reference(loop.controller.delay + instants)
+    angle, rate, _ = slew.reference(loop.late + instants)
     means = np.array([np.diff(angle), np.diff(rate)]) / T
     readings = inputs[:-1] @ np.array(slew.reference(instants[:-1]))
     return np.vstack([readings, inputs[-1:, 1:] @ means]).T

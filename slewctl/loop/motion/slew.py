@@ -45,8 +45,8 @@ class SlewSummary:
     peak_voltage : float or None
         Largest |voltage| in V; None for an arm without a motor.
     saturates : bool
-        Whether a peak exceeds the motor's torque or voltage limit: the slew as simulated,
-        which knows no limits, is then not what the arm would do.
+        Whether a peak exceeds a limit of motor or actuator: the slew as simulated, which
+        knows no limits, is then not what the arm would do.
     overshoot : float
         How far the tip goes beyond its travel at most, as a fraction of it; 0 if it does not.
     """
@@ -68,9 +68,9 @@ class SlewResponse(Described):
     t : ndarray
         Times in s.
     theta, tip, tip_deflection, torque : ndarray
-        rad, m, m and N·m; the torque is that on the hub.
+        rad, m, m and N·m; the torque is the actuator's, lags and all, on the hub or the rotor.
     actuator : ndarray
-        What the controller commands: the torque, or the motor's voltage in V.
+        What the actuator makes of its command, a torque or the motor's voltage in V.
     tip_reference : ndarray
         (r + L) θ_ref in m.
     summary : SlewSummary
@@ -88,7 +88,7 @@ class SlewResponse(Described):
     def __str__(self) -> str:
         s = self.summary
         volts = "" if s.peak_voltage is None else f", {s.peak_voltage:.4g} V"
-        beyond = ", beyond the motor's limits" if s.saturates else ""
+        beyond = ", beyond the drive's limits" if s.saturates else ""
         return (
             f"slew: settled after {s.settling_time_s:.4g} s, residual {s.residual_m:.3g} m, "
             f"peak {s.peak_torque:.4g} N·m{volts}{beyond}"
@@ -107,7 +107,7 @@ class SlewResponse(Described):
         ----------
         what : {"tip", "error", "torque", "actuator"}
             The tip and where it should be, in m; the difference; the torque on the hub in
-            N·m; what the controller commands, in N·m or V.
+            N·m; what the actuator applies, in N·m or V.
         ax : matplotlib Axes, optional
             By default those of a new figure.
 
@@ -227,6 +227,6 @@ def _summary(loop: Loop, slew: Slew, moved: SlewMotion, travel: float) -> SlewSu
     error = Sought(np.array([TIP]), np.array([travel]), np.zeros(1), np.zeros(1), floor[:1])
     settled = search.last_outside(moved, error, _BAND * size * (1 + _EDGE))
     overshoot = beyond / size if beyond > _EDGE * size else 0.0
-    saturates = motor is not None and motor.saturates(torque, *voltage)
+    saturates = bool(loop.model.arm.exceeded(torque, *voltage))
     peaks = (torque, voltage[0] if voltage else None)
     return SlewSummary(settled, residual, *peaks, saturates, overshoot)

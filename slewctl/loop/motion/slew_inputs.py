@@ -10,9 +10,10 @@ from slewctl._types import Array
 from slewctl.errors import InputError, check_number, check_positive
 from slewctl.loop.closed import Loop
 from slewctl.plant.signals import TORQUE, signal
+from slewctl.plant.statespace import APPLIED
 
-# Outputs of the loop that the signals are made of; below them stands the actuator.
-WATCHED = ("theta", "theta_dot", "tip", "tip_deflection")
+# Outputs of the loop that the signals are made of; the last is what the actuator applies.
+WATCHED = ("theta", "theta_motor_dot", "tip", "tip_deflection", APPLIED)
 # Signals of a slew, and the voltage behind them where the arm has a motor.
 THETA, TIP, DEFLECTION, HUB_TORQUE, VOLTAGE = range(5)
 
@@ -120,8 +121,8 @@ def told(loop: Loop) -> Array:
 
 
 def signals(loop: Loop) -> Array:
-    """Return the rows that make the signals of a slew of `WATCHED` and the actuator."""
-    theta, rate, tip, deflection, actuator = np.eye(len(WATCHED) + 1)
+    """Return the rows that make the signals of a slew of `WATCHED`."""
+    theta, rate, tip, deflection, actuator = np.eye(len(WATCHED))
     motor = loop.model.arm.motor
     if motor is None:
         return np.array([theta, tip, deflection, actuator])

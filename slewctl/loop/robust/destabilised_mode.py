@@ -168,12 +168,13 @@ class _Parts:
     def of(cls, loop: Loop, kept: int) -> _Parts:
         path, K = loop.plant.path, loop.controller.linear
         own = np.tile(np.arange(loop.model.n + 1), 2)
+        lags = len(path.A) - len(own)  # of actuator and sensors, on the controller's side
         return cls(
             np.asarray(path.A),
             np.asarray(path.B),
             np.asarray(path.C),
             K.matrices,
-            np.concatenate([own, np.full(K.nstates, -1)]),
+            np.concatenate([own, np.full(lags + K.nstates, -1)]),
             kept,
         )
 

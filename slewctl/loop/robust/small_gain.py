@@ -34,6 +34,7 @@ from slewctl.numerics.interconnect import diagonal
 from slewctl.numerics.modes import Eigensystem, at_origin
 from slewctl.numerics.ordered_schur import ordered_schur
 from slewctl.plant import generalised_plant
+from slewctl.plant.readings import refuse_lags
 
 # A pole this close to the axis, relative, is on it to working precision.
 _UNDAMPED = 1e-9
@@ -239,6 +240,7 @@ class LeftOut:
                 where="small_gain",
                 remedy="close one, as in slewctl.close(truth, objective, controller)",
             )
+        refuse_lags(loop.model.arm, "small_gain")
         objective, path = loop.objective, loop.plant.path
         reduced = realisation(generalised_plant(design, objective).path, "small_gain")
         full = realisation(path, "small_gain")
