@@ -71,8 +71,13 @@ if TYPE_CHECKING:
         spillover,
     )
     from slewctl.loop.margin_functions import hybrid_delay_margin, margins
+    from slewctl.measured.excitation import prbs
     from slewctl.measured.fit import fit
     from slewctl.measured.fit_result import Fit
+    from slewctl.measured.log import Log
+    from slewctl.measured.read_log import read_log
+    from slewctl.measured.read_response import read_response
+    from slewctl.measured.response import Response
     from slewctl.model import (
         Model,
         NonlinearModel,
@@ -112,6 +117,7 @@ __all__ = [
     "HubMatched",
     "InputError",
     "KelvinVoigt",
+    "Log",
     "Loop",
     "Margins",
     "Model",
@@ -122,6 +128,7 @@ __all__ = [
     "Polynomial",
     "Problem",
     "Rayleigh",
+    "Response",
     "SampledLoop",
     "Slew",
     "SlewctlError",
@@ -169,6 +176,9 @@ __all__ = [
     "pole_placement",
     "pole_sensitivity",
     "positive_position",
+    "prbs",
+    "read_log",
+    "read_response",
     "recommend",
     "run_study",
     "sampled_plant",

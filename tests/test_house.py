@@ -35,7 +35,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "basis": {"arm"},
     "model": {"arm", "basis"},
     "plant": {"arm", "model"},
-    "measured": {"arm", "basis", "model", "export"},
+    "measured": {"arm", "basis", "model", "plant", "export"},
     "design": {"arm", "model", "plant", "export"},
     "loop": {"model", "plant", "design"},
     "compare": {"arm", "basis", "model", "plant", "design", "loop"},
