@@ -71,6 +71,7 @@ if TYPE_CHECKING:
         spillover,
     )
     from slewctl.loop.margin_functions import hybrid_delay_margin, margins
+    from slewctl.measured.estimate import estimate_response
     from slewctl.measured.excitation import prbs
     from slewctl.measured.fit import fit
     from slewctl.measured.fit_result import Fit
@@ -78,6 +79,7 @@ if TYPE_CHECKING:
     from slewctl.measured.read_log import read_log
     from slewctl.measured.read_response import read_response
     from slewctl.measured.response import Response
+    from slewctl.measured.simulated import simulated_log
     from slewctl.model import (
         Model,
         NonlinearModel,
@@ -146,6 +148,7 @@ __all__ = [
     "compare_designs",
     "dlqe",
     "dlqr",
+    "estimate_response",
     "fit",
     "generalised_plant",
     "given",
@@ -184,6 +187,7 @@ __all__ = [
     "sampled_plant",
     "simulate_slew",
     "simulate_swing",
+    "simulated_log",
     "small_gain",
     "spillover",
     "spin_frequencies_hz",
