@@ -79,6 +79,8 @@ if TYPE_CHECKING:
     from slewctl.measured.read_log import read_log
     from slewctl.measured.read_response import read_response
     from slewctl.measured.response import Response
+    from slewctl.measured.rig_fit_result import RigFit
+    from slewctl.measured.roots import Root
     from slewctl.measured.simulated import simulated_log
     from slewctl.model import (
         Model,
@@ -131,6 +133,8 @@ __all__ = [
     "Problem",
     "Rayleigh",
     "Response",
+    "RigFit",
+    "Root",
     "SampledLoop",
     "Slew",
     "SlewctlError",

@@ -126,7 +126,7 @@ class _Spectra:
         r = u if method == "H1" or log.reference is None else log.reference
         r = y if method == "H2" else r
         parts = [_segments(column[: len(y)], window, hop) for column in (u, y, r)]
-        self.frequencies_hz = np.fft.rfftfreq(length, log.sample_time)
+        self.frequencies_hz: Array = np.arange(length // 2 + 1) / (length * log.sample_time)
         self.averages = _independent(window, hop, len(parts[0]))
         self._solve(*parts)
 

@@ -6,15 +6,17 @@ zero-order hold with the dead time, whole samples and the rest of one.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import expm
 
 from slewctl._types import Array, ComplexArray
 from slewctl.arm import Arm
-from slewctl.model import truth
+from slewctl.basis import Combined, Polynomial
+from slewctl.model import Model, assemble, truth
+from slewctl.model.assembly import factors, ritz_modes
 from slewctl.numerics.balance import balance_system
 from slewctl.numerics.frequency_response import FrequencyResponse, axis_points
 from slewctl.numerics.linear_system import LinearSystem
@@ -24,6 +26,8 @@ from slewctl.plant.statespace import Actuator, arm_equations
 _REACH = 2.0
 _BEYOND = 2
 _MOST_MODES = 40
+# Polynomial terms on a panel beside two a mode: frequencies to 1e-7 and better.
+_TERMS, _FEWEST_TERMS = 6, 8
 
 
 @dataclass(frozen=True)
@@ -43,21 +47,55 @@ class Channel:
     sample_time: float = 0.0
 
 
-def modes_for(arm: Arm, highest_hz: float) -> int:
-    """Return how many modes of `arm` a measurement up to a frequency may show."""
+@dataclass(frozen=True)
+class Modes:
+    """How an arm is discretised: its first slewing modes, of the truth or nearly so.
+
+    Attributes
+    ----------
+    count : int
+    functions : Polynomial or None
+        In which the modes of many arms like one are computed, without asking of each whether
+        its frequencies have settled; None for the truth.
+    """
+
+    count: int
+    functions: Polynomial | None = None
+
+    def model(self, arm: Arm) -> Model:
+        """Return the model of an arm."""
+        if self.functions is None:
+            return truth(arm, self.count)
+        shapes = ritz_modes(factors(arm, self.functions), "free").shapes[:, : self.count]
+        return assemble(arm, Combined(self.count, self.functions, shapes))
+
+
+def modes_for(arm: Arm, highest_hz: float) -> Modes:
+    """Return the modes of `arm`, and of arms like it, that a measurement may show."""
     count = 8
     while True:
-        below = int(np.sum(truth(arm, count).frequencies_hz <= _REACH * highest_hz))
+        found = truth(arm, count)
+        below = int(np.sum(found.frequencies_hz <= _REACH * highest_hz))
         if below < count or count >= _MOST_MODES:
-            return min(below + _BEYOND, _MOST_MODES)
+            break
         count = min(2 * count, _MOST_MODES)
+    count = min(below + _BEYOND, _MOST_MODES)
+    basis = found.basis
+    if not isinstance(basis, Combined) or not isinstance(basis.parent, Polynomial):
+        return Modes(count)
+    panels = len(basis.parent.breakpoints) + 1
+    terms = max(_TERMS + 2 * count // panels, _FEWEST_TERMS // panels + 2)
+    few = Polynomial(panels * terms, basis.parent.breakpoints)
+    return Modes(count, few)
 
 
-def equations(
-    arm: Arm, actuator: Actuator, sensors: Sequence[str], modes: int
-) -> LinearSystem:
-    """Return the continuous equations of an arm with so many modes, its states balanced."""
-    system = arm_equations(truth(arm, modes), sensors, actuator)
+@lru_cache(maxsize=32)
+def equations(arm: Arm, actuator: Actuator, sensors: tuple[str, ...], modes: Modes) -> LinearSystem:
+    """Return the continuous equations of an arm with so many modes, its states balanced.
+
+    They are kept: gain and dead time change without them.
+    """
+    system = arm_equations(modes.model(arm), sensors, actuator)
     scale = balance_system(system.A, system.B, system.C)
     return LinearSystem(
         system.A / scale[:, None] * scale, system.B / scale[:, None], system.C * scale, system.D
@@ -111,9 +149,7 @@ class HeldRig:
         B = system.B[:, 0]
         first, now = _held(system.A, B, (1 - part) * sample_time)
         last, before = _held(system.A, B, part * sample_time)
-        return cls(
-            first @ last, now, first @ before, system.C[0], whole, part, sample_time
-        )
+        return cls(first @ last, now, first @ before, system.C[0], whole, part, sample_time)
 
     def rows(self, omega: Array) -> ComplexArray:
         """Return C(zI − Φ)⁻¹ at each ω in rad/s, shape (ω, n)."""

@@ -17,7 +17,7 @@ from slewctl.errors import (
     check_positive,
 )
 from slewctl.measured.log import Log
-from slewctl.measured.rig_model import HeldRig, equations
+from slewctl.measured.rig_model import HeldRig, Modes, equations
 from slewctl.model.assembly import check_arm
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.signals import ACTUATORS, check_signals, signal
@@ -98,10 +98,10 @@ def simulated_log(
     for name, value in (("delay", delay), ("noise", noise), ("dry_friction", dry_friction)):
         check_nonnegative(value, name)
     told = np.asarray(excitation, dtype=float)
-    sensors = list(dict.fromkeys([sensor, "theta_dot"]))
+    sensors = tuple(dict.fromkeys([sensor, "theta_dot"]))
     check_signals(sensors, "sensor", arm.beam)
     driven: Actuator = "voltage" if actuator == "voltage" else "torque"
-    system = equations(arm, driven, sensors, check_count(modes, "modes"))
+    system = equations(arm, driven, sensors, Modes(check_count(modes, "modes")))
     disturbance = np.random.default_rng(seed).normal(0.0, 1.0, len(told)) * noise
     step = 0.0
     if counts_per_turn is not None:

@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 import slewctl as sc
-from slewctl.measured.rig_model import equations, response_of
+from slewctl.measured.rig_model import Modes, equations, response_of
 
 T = 0.01
 ARM = sc.Arm(sc.Beam(0.5, 0.3, 0.15), sc.Hub(0.003, friction=0.02), damping_ratio=0.03)
@@ -16,7 +16,7 @@ LAW = ([4.0, -3.6], [1.0, -0.6])
 
 
 def exact(frequencies_hz: np.ndarray, delay: float = 0.0, sensor: str = "theta") -> np.ndarray:
-    system = equations(ARM, "torque", [sensor], 20)
+    system = equations(ARM, "torque", (sensor,), Modes(20))
     return response_of(system, 2 * np.pi * frequencies_hz, T, delay)
 
 

@@ -1,0 +1,162 @@
+"""A log as least squares, whole and without windows.
+
+In the discrete Fourier transform over the record, Y = G U + C(zI − Φ)⁻¹z δ + noise holds
+exactly, where δ = x(0) − x(N) is what the state gained over the record: nothing leaks, however
+light a mode.  δ is eliminated, linear as it is, and what is left is divided by the spectrum of
+the noise, which is read from the residual itself.  That is the prediction error method with a
+free noise model; with white or coloured noise at the output it is right in closed loop too.
+(L. Ljung, System Identification, 2nd ed., 1999, chapters 7 and 13; R. Pintelon and
+J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, chapter 6.)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slewctl._types import Array, ComplexArray
+from slewctl.measured.log import Log
+from slewctl.measured.response_data import channel_of
+from slewctl.measured.rig_model import HeldRig, Modes, equations
+from slewctl.measured.rig_parameters import Rig
+from slewctl.numerics.linear_system import LinearSystem
+
+# Longest dead time in samples.
+MOST_LATE = 40
+# Bins on either side over which the noise is averaged: few where it may be steep.
+_WIDEST, _NARROWEST = 40, 4
+# Mean of the logarithm of an exponential variable of mean one, with a minus.
+_EULER = float(np.euler_gamma)
+# Relative size of a direction in which the state's part does not count.
+_DEPENDENT = 1e-10
+
+
+class RecordData:
+    """The transforms of a log, the spectrum of its noise, and residuals of unit variance.
+
+    Parameters
+    ----------
+    log : Log
+    modes : Modes
+        Of the model.
+    """
+
+    def __init__(self, log: Log, modes: Modes) -> None:
+        self.modes = modes
+        self.channel = channel_of(log)
+        # What was held before the record is not known: it begins where that has passed.
+        self.late = min(MOST_LATE, log.samples // 8)
+        self.count = log.samples - self.late - 1
+        bins = np.arange(1, (self.count + 1) // 2)
+        self.omega: Array = np.asarray(2 * np.pi * bins / (self.count * log.sample_time))
+        self.z = np.exp(1j * self.omega * log.sample_time)
+        self._u = log.input
+        self._rounding = log.resolution / np.sqrt(12)
+        self._inputs: dict[int, ComplexArray] = {}
+        self._bins = bins
+        self.Y = self._transform(log.output[self.late + 1 :])
+        self.weight = np.ones(len(bins))
+
+    def _transform(self, column: Array) -> ComplexArray:
+        return np.asarray(np.fft.rfft(column)[self._bins] / np.sqrt(self.count))
+
+    def _delayed(self, samples: int) -> ComplexArray:
+        """Return the transform of the input so many samples before."""
+        if samples not in self._inputs:
+            first = self.late + 1 - samples
+            self._inputs[samples] = self._transform(self._u[first : first + self.count])
+        return self._inputs[samples]
+
+    def errors(self, rig: Rig) -> ComplexArray:
+        """Return Y − G U at each bin, with the state's part still in it."""
+        system, held = self._held(rig)
+        return self._errors(held, held.rows(self.omega), float(system.D[0, 0]), rig.gain)
+
+    def _errors(
+        self, held: HeldRig, rows: ComplexArray, through: float, gain: float
+    ) -> ComplexArray:
+        d = min(held.whole, self.late - 1)
+        now, before = self._delayed(d), self._delayed(d + 1)
+        found = (rows @ held.now) * now + (rows @ held.before) * before
+        found = found + through * (before if held.part else now)
+        return self.Y - gain * found
+
+    def _held(self, rig: Rig) -> tuple[LinearSystem, HeldRig]:
+        system = equations(rig.arm, self.channel.actuator, (self.channel.sensor,), self.modes)
+        return system, HeldRig.of(system, self.channel.sample_time, rig.delay)
+
+    def state_part(self, rig: Rig) -> Remainder:
+        """Return the projection that takes the state's part out at a rig, with its errors."""
+        system, held = self._held(rig)
+        rows = held.rows(self.omega)
+        errors = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
+        return Remainder(errors, rows * self.z[:, None], self.weight)
+
+    @property
+    def times_rounding(self) -> float:
+        """How many times an encoder's rounding the noise is, in the median; NaN without one."""
+        if not self._rounding:
+            return float("nan")
+        return float(np.sqrt(np.median(1 / self.weight**2))) / self._rounding
+
+    def weigh(self, remainder: Remainder) -> None:
+        """Take the spectrum of the noise from what is left at a rig."""
+        self.weight = 1 / np.sqrt(smooth(np.abs(remainder.left) ** 2))
+
+
+class Remainder:
+    """What is left of the errors without the state's part.
+
+    Parameters
+    ----------
+    errors : ndarray, shape (k,)
+    columns : ndarray, shape (k, n)
+        Of the state.
+    weight : ndarray, shape (k,)
+        One over the noise's deviation.
+    """
+
+    def __init__(self, errors: ComplexArray, columns: ComplexArray, weight: Array) -> None:
+        self.weight = weight
+        weighted = _real(columns * weight[:, None])
+        size = np.linalg.norm(weighted, axis=0)
+        weighted = weighted / np.where(size > 0, size, 1.0)
+        values, vectors = np.linalg.eigh(weighted.T @ weighted)
+        kept = values > _DEPENDENT * values[-1]
+        # Orthonormal: the state's part can be nothing else than a sum of these.
+        self.basis = (weighted @ vectors[:, kept]) / np.sqrt(values[kept])
+        self.vector = self.without(errors)
+
+    def without(self, errors: ComplexArray) -> Array:
+        """Return errors in deviations of the noise, real, without the state's part, (2k,)."""
+        weighted = _real((errors * self.weight)[:, None])[:, 0]
+        return np.asarray(weighted - self.basis @ (self.basis.T @ weighted))
+
+    @property
+    def left(self) -> ComplexArray:
+        """The errors that are left at each bin, not weighted."""
+        half = len(self.weight)
+        parts = self.vector[:half] + 1j * self.vector[half:]
+        return np.asarray(parts / (np.sqrt(2) * self.weight))
+
+    @property
+    def taken(self) -> int:
+        """How many real numbers the state's part has."""
+        return self.basis.shape[1]
+
+
+def _real(columns: ComplexArray) -> Array:
+    """Return real and imaginary parts one below the other; equal parts of the noise's power."""
+    return np.asarray(np.sqrt(2) * np.concatenate([columns.real, columns.imag]))
+
+
+def smooth(power: Array) -> Array:
+    """Return a spectrum of noise from its periodogram: a running mean of the logarithm.
+
+    The logarithm lets neither a line nor a steep slope spill over.
+    """
+    log = np.log(np.maximum(power, np.finfo(float).tiny))
+    reached = np.concatenate([[0.0], np.cumsum(log)])
+    k = np.arange(len(log))
+    half = np.clip((k + 1) // 2, _NARROWEST, _WIDEST)
+    low, high = np.maximum(k - half, 0), np.minimum(k + half + 1, len(log))
+    return np.asarray(np.exp((reached[high] - reached[low]) / (high - low) + _EULER))
