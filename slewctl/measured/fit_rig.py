@@ -33,8 +33,9 @@ _VISIBLE, _ROUNDING = 0.3, 1e-6
 _ROUNDS, _SETTLED = 5, 0.05
 # Steps of the first descents, how many go on, and the fall of the squares that ends them.
 _FIRST, _SECONDS, _ROUGH = 6, 2, 1e-3
-# Steps of one round on a record, and the relative fall of the squares that ends it.
-_EACH, _FINE = 12, 1e-8
+# Steps of one round on a record, and the relative fall of the squares that ends the first
+# round and the others.
+_EACH, _COARSE, _FINE = 12, 1e-5, 1e-8
 # Of an encoder's rounding: more noise than this is something else.
 _QUIET = 2.0
 _NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
@@ -132,17 +133,16 @@ def _on_response(problem: RigProblem, data: ResponseData, start: Array) -> _Solu
 def _on_record(problem: RigProblem, data: RecordData, start: Array) -> _Solution:
     """Refine on the log itself, the noise read anew from what is left in every round."""
     x = start
-    for _ in range(_ROUNDS):
-        data.weight = np.ones(len(data.omega)) if _ == 0 else data.weight
+    for round_ in range(_ROUNDS):
         data.weigh(data.state_part(problem.rig_at(x)))
-        before, x = x, _descend_record(problem, data, x)
+        before, x = x, _descend_record(problem, data, x, _FINE if round_ else _COARSE)
         remainder = data.state_part(problem.rig_at(x))
-        jacobian = problem.differences(partial(_without_state, data, remainder), x)
-        spare = max(len(remainder.vector) - remainder.taken - len(x), 1)
-        scatter = float(np.sqrt(remainder.vector @ remainder.vector / spare))
-        size = np.linalg.norm(jacobian @ (x - before)) / max(scatter, 1e-300)
-        if size < _SETTLED * np.sqrt(len(x)):
+        moved = remainder.without(data.errors(problem.rig_at(before))) - remainder.vector
+        if round_ and np.linalg.norm(moved) < _SETTLED * np.sqrt(len(x)):
             break
+    jacobian = problem.differences(partial(_without_state, data, remainder), x)
+    spare = max(len(remainder.vector) - remainder.taken - len(x), 1)
+    scatter = float(np.sqrt(remainder.vector @ remainder.vector / spare))
     return _Solution(x, jacobian, scatter, spare, data.times_rounding)
 
 
@@ -151,7 +151,7 @@ def _without_state(data: RecordData, remainder: Remainder, rig: Rig) -> Array:
     return remainder.without(data.errors(rig))
 
 
-def _descend_record(problem: RigProblem, data: RecordData, start: Array) -> Array:
+def _descend_record(problem: RigProblem, data: RecordData, start: Array, tolerance: float) -> Array:
     kept: dict[bytes, Remainder] = {}
 
     def part(x: Array) -> Remainder:
@@ -163,10 +163,11 @@ def _descend_record(problem: RigProblem, data: RecordData, start: Array) -> Arra
 
     def jacobian(x: Array) -> Array:
         remainder = part(x)
-        return problem.differences(partial(_without_state, data, remainder), x)
+        of = partial(_without_state, data, remainder)
+        return problem.differences(of, x, remainder.vector)
 
     return problem.descend(
-        lambda x: part(x).vector, jacobian, start, robust=False, steps=_EACH, tolerance=_FINE
+        lambda x: part(x).vector, jacobian, start, robust=False, steps=_EACH, tolerance=tolerance
     )
 
 
