@@ -71,6 +71,8 @@ if TYPE_CHECKING:
         spillover,
     )
     from slewctl.loop.margin_functions import hybrid_delay_margin, margins
+    from slewctl.loop.measured_margin_results import MeasuredMargins
+    from slewctl.loop.measured_margins import measured_margins
     from slewctl.measured.estimate import estimate_response
     from slewctl.measured.excitation import prbs
     from slewctl.measured.fit import fit
@@ -124,6 +126,7 @@ __all__ = [
     "Log",
     "Loop",
     "Margins",
+    "MeasuredMargins",
     "Model",
     "Motor",
     "NonlinearModel",
@@ -170,6 +173,7 @@ __all__ = [
     "lqg",
     "lqr",
     "margins",
+    "measured_margins",
     "modal_truncation",
     "multiloop_margins",
     "ncf_margin",

@@ -37,7 +37,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "plant": {"arm", "model"},
     "measured": {"arm", "basis", "model", "plant", "export"},
     "design": {"arm", "model", "plant", "export"},
-    "loop": {"model", "plant", "design"},
+    "loop": {"model", "plant", "measured", "design"},
     "compare": {"arm", "basis", "model", "plant", "design", "loop"},
     "paper": {"arm", "basis", "model", "plant", "design", "loop"},
     "check": {"loop", "compare"},

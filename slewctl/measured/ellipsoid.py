@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from slewctl._types import Array, BoolArray
 
@@ -27,7 +27,7 @@ def ellipsoid_ends(values: Array, covariance: Array, logarithmic: BoolArray, lev
     deviation = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(deviation, deviation)
     sizes, axes = np.linalg.eigh(correlation)
-    reach = np.sqrt(chi2.ppf(level, len(values)))
+    reach = np.sqrt(chdtri(len(values), 1 - level))
     ends = []
     for size, axis in sorted(zip(sizes, axes.T, strict=True), key=lambda pair: -pair[0]):
         step = reach * np.sqrt(max(size, 0.0)) * deviation * axis

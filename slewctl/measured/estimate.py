@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from scipy.signal import get_window
 
 from slewctl._threads import single_threaded
 from slewctl._types import Array, ComplexArray
@@ -117,6 +116,8 @@ class _Spectra:
     """Averaged spectra of a log, and what follows from them."""
 
     def __init__(self, log: Log, length: int, method: str) -> None:
+        from scipy.signal import get_window  # slow to load: not before it is wanted
+
         self.increments = signal(log.sensor).of == "displacement"
         window = get_window("hann", length)
         hop = max(int(length * (1 - _OVERLAP)), 1)

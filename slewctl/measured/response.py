@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from slewctl._show import Axes, Described, axes_or_new
 from slewctl._types import Array, ComplexArray
@@ -139,7 +139,7 @@ class Response(Described):
         level : float
             Probability.
         """
-        return np.abs(self.values) * self.known_deviation * np.sqrt(chi2.ppf(level, 2))
+        return np.abs(self.values) * self.known_deviation * np.sqrt(chdtri(2, 1 - level))
 
     def band(self, level: float = 0.95) -> tuple[Array, Array]:
         """Return the smallest and the largest magnitude at each point, each of shape (m,).
@@ -149,7 +149,7 @@ class Response(Described):
         level : float
             Probability that a magnitude is between them.
         """
-        spread = np.exp(self.known_deviation * np.sqrt(chi2.ppf(level, 1)))
+        spread = np.exp(self.known_deviation * np.sqrt(chdtri(1, 1 - level)))
         return np.abs(self.values) / spread, np.abs(self.values) * spread
 
     def between(self, lowest_hz: float, highest_hz: float) -> Response:

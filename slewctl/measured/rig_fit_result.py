@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from slewctl._show import Axes, Described, axes_or_new
 from slewctl._types import Array, ComplexArray
@@ -107,7 +107,7 @@ class RigFit(Described):
             Probability.
         """
         found = self[name]
-        reach = float(norm.ppf(0.5 + level / 2)) * found.standard_deviation
+        reach = float(ndtri(0.5 + level / 2)) * found.standard_deviation
         position = [estimate.name for estimate in self.estimates].index(name)
         if self.logarithmic[position]:
             factor = float(np.exp(min(reach / found.value, 700.0)))
