@@ -24,7 +24,7 @@ from slewctl.plant.statespace import Actuator, arm_equations
 
 # Modes of the model: up to so many times the highest frequency measured, and as many beyond.
 _REACH = 2.0
-_BEYOND = 2
+_BEYOND = 5
 _MOST_MODES = 40
 # Polynomial terms on a panel beside two a mode: frequencies to 1e-7 and better.
 _TERMS, _FEWEST_TERMS = 6, 8
