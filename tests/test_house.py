@@ -44,7 +44,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "files": {"arm", "plant", "design", "loop", "compare", "check"},
     "gate": {"compare", "check", "files"},
     "testing": {"plant", "design", "loop", "compare", "check", "files", "gate"},
-    "report": {"compare", "paper"},
+    "report": {"measured", "loop", "compare", "paper"},
 }
 # The only rooms that may import these.
 KEEPERS = {"matplotlib": {"report"}, "cvxpy": {"design", "paper"}, "pydantic": {"files"},

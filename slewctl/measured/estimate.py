@@ -99,6 +99,18 @@ def estimate_response(
     )
 
 
+def noise_power(log: Log, omega: Array) -> Array:
+    """Return the spectrum of a log's noise at each ω in rad/s, without any model of the arm.
+
+    It is that of y − G u with the response estimated, in the scale of |Σ e(k) z⁻ᵏ|²/N.  Where
+    resonances are narrower than the resolution it is too large.
+    """
+    spectra = _Spectra(log, _length(log, None), "reference" if log.closed_loop else "H1")
+    known = 2 * np.pi * spectra.frequencies_hz[2:-2]
+    power = np.exp(np.interp(omega, known, np.log(spectra.left[2:-2])))
+    return power / np.abs(axis_points(omega, log.sample_time)) ** 2 if spectra.increments else power
+
+
 def _length(log: Log, segment_s: float | None) -> int:
     if segment_s is None:
         return max(2 * (log.samples // (2 * _SEGMENTS)), _FEWEST)
@@ -128,6 +140,7 @@ class _Spectra:
         r = y if method == "H2" else r
         parts = [_segments(column[: len(y)], window, hop) for column in (u, y, r)]
         self.frequencies_hz: Array = np.arange(length // 2 + 1) / (length * log.sample_time)
+        self._energy = float(window @ window)
         self.averages = _independent(window, hop, len(parts[0]))
         self._solve(*parts)
 
@@ -141,6 +154,7 @@ class _Spectra:
             left = Y - self.values * U
             # One response takes one average out of what is left.
             spare = max(1 - 1 / self.averages, np.finfo(float).eps)
+            self.left: Array = cross(left, left).real / self._energy / spare
             variance = cross(left, left).real * S_rr / (self.averages * spare * np.abs(S_ur) ** 2)
             size = np.abs(self.values) ** 2
             self.deviation = np.sqrt(variance / (2 * size))

@@ -30,7 +30,7 @@ from slewctl.model.assembly import check_arm
 _VISIBLE, _ROUNDING = 0.3, 1e-6
 # Rounds of fitting and reading the noise from what is left, at most; and the change, in
 # standard deviations, that ends them.
-_ROUNDS, _SETTLED = 5, 0.05
+_ROUNDS, _SETTLED = 8, 0.05
 # Steps of the first descents, how many go on, and the fall of the squares that ends them.
 _FIRST, _SECONDS, _ROUGH = 6, 2, 1e-3
 # Steps of one round on a record, and the relative fall of the squares that ends the first
@@ -134,7 +134,8 @@ def _on_record(problem: RigProblem, data: RecordData, start: Array) -> _Solution
     """Refine on the log itself, the noise read anew from what is left in every round."""
     x = start
     for round_ in range(_ROUNDS):
-        data.weigh(data.state_part(problem.rig_at(x)))
+        if round_:
+            data.weigh(data.state_part(problem.rig_at(x)))
         before, x = x, _descend_record(problem, data, x, _FINE if round_ else _COARSE)
         remainder = data.state_part(problem.rig_at(x))
         moved = remainder.without(data.errors(problem.rig_at(before))) - remainder.vector
@@ -147,8 +148,12 @@ def _on_record(problem: RigProblem, data: RecordData, start: Array) -> _Solution
 
 
 def _without_state(data: RecordData, remainder: Remainder, rig: Rig) -> Array:
-    """Return the errors of a rig without the state's part, which is held as it was."""
-    return remainder.without(data.errors(rig))
+    """Return what is left at a rig, with a state that gained as much as at the one before.
+
+    Its derivative is that of what is left with the state eliminated, but for a term of second
+    order in the noise (L. Kaufman, BIT 15 (1975) 49–57).
+    """
+    return remainder.without(data.errors(rig, remainder.gained))
 
 
 def _descend_record(problem: RigProblem, data: RecordData, start: Array, tolerance: float) -> Array:

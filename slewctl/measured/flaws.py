@@ -17,6 +17,8 @@ _JITTER = 0.01
 _NO_CLOCK = 0.1
 # Relative difference of two clocks that are one: rounding of written times.
 _SAME_CLOCK = 2e-3
+# Of a sample over the whole record: a plain number that is so near is the clock's.
+_ROUNDED = 0.1
 # Share of samples at an extreme, and how many other levels, of a signal that is clipped.
 _CLIPPED = 5e-3
 _LEVELS = 12
@@ -64,6 +66,9 @@ def clock_of(time: Array, sample_time: float | None, where: str) -> tuple[float,
         )
     number = np.concatenate([[0], np.cumsum(whole)])
     period = float(np.polyfit(number, time, 1)[0])
+    plain = float(f"{period:.6g}")
+    if abs(plain - period) * number[-1] < _ROUNDED * period:
+        period = plain
     told = _irregular(time, number, period)
     if sample_time is not None:
         check_positive(sample_time, "sample_time")

@@ -12,8 +12,10 @@ J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012,
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import qr
 
 from slewctl._types import Array, ComplexArray
+from slewctl.measured.estimate import noise_power
 from slewctl.measured.log import Log
 from slewctl.measured.response_data import channel_of
 from slewctl.measured.rig_model import HeldRig, Modes, equations
@@ -27,7 +29,7 @@ _WIDEST, _NARROWEST = 40, 4
 # Mean of the logarithm of an exponential variable of mean one, with a minus.
 _EULER = float(np.euler_gamma)
 # Relative size of a direction in which the state's part does not count.
-_DEPENDENT = 1e-10
+_DEPENDENT = 1e-12
 
 
 class RecordData:
@@ -54,7 +56,7 @@ class RecordData:
         self._inputs: dict[int, ComplexArray] = {}
         self._bins = bins
         self.Y = self._transform(log.output[self.late + 1 :])
-        self.weight = np.ones(len(bins))
+        self.weight: Array = 1 / np.sqrt(noise_power(log, self.omega))
 
     def _transform(self, column: Array) -> ComplexArray:
         return np.asarray(np.fft.rfft(column)[self._bins] / np.sqrt(self.count))
@@ -66,10 +68,12 @@ class RecordData:
             self._inputs[samples] = self._transform(self._u[first : first + self.count])
         return self._inputs[samples]
 
-    def errors(self, rig: Rig) -> ComplexArray:
-        """Return Y − G U at each bin, with the state's part still in it."""
+    def errors(self, rig: Rig, gained: Array | float = 0.0) -> ComplexArray:
+        """Return Y − G U at each bin, less the part of a state that gained so much."""
         system, held = self._held(rig)
-        return self._errors(held, held.rows(self.omega), float(system.D[0, 0]), rig.gain)
+        rows = held.rows(self.omega)
+        found = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
+        return found - self.z * (rows @ (gained + np.zeros(rows.shape[1])))
 
     def _errors(
         self, held: HeldRig, rows: ComplexArray, through: float, gain: float
@@ -113,6 +117,13 @@ class Remainder:
         Of the state.
     weight : ndarray, shape (k,)
         One over the noise's deviation.
+
+    Attributes
+    ----------
+    vector : ndarray, shape (2k,)
+        What is left, in deviations of the noise.
+    gained : ndarray, shape (n,)
+        What the state gained over the record, δ.
     """
 
     def __init__(self, errors: ComplexArray, columns: ComplexArray, weight: Array) -> None:
@@ -120,11 +131,14 @@ class Remainder:
         weighted = _real(columns * weight[:, None])
         size = np.linalg.norm(weighted, axis=0)
         weighted = weighted / np.where(size > 0, size, 1.0)
-        values, vectors = np.linalg.eigh(weighted.T @ weighted)
-        kept = values > _DEPENDENT * values[-1]
+        Q, R = qr(weighted, mode="economic")
+        left, values, right = np.linalg.svd(R)
+        kept = values > _DEPENDENT * values[0]
         # Orthonormal: the state's part can be nothing else than a sum of these.
-        self.basis = (weighted @ vectors[:, kept]) / np.sqrt(values[kept])
+        self.basis: Array = Q @ left[:, kept]
         self.vector = self.without(errors)
+        part = self.basis.T @ _real((errors * weight)[:, None])[:, 0]
+        self.gained = right[kept].T @ (part / values[kept]) / np.where(size > 0, size, 1.0)
 
     def without(self, errors: ComplexArray) -> Array:
         """Return errors in deviations of the noise, real, without the state's part, (2k,)."""

@@ -17,7 +17,7 @@ from slewctl.arm import Arm
 from slewctl.basis import Combined, Polynomial
 from slewctl.model import Model, assemble, truth
 from slewctl.model.assembly import factors, ritz_modes
-from slewctl.numerics.balance import balance_system
+from slewctl.numerics.balance import balance
 from slewctl.numerics.frequency_response import FrequencyResponse, axis_points
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.statespace import Actuator, arm_equations
@@ -91,15 +91,11 @@ def modes_for(arm: Arm, highest_hz: float) -> Modes:
 
 @lru_cache(maxsize=32)
 def equations(arm: Arm, actuator: Actuator, sensors: tuple[str, ...], modes: Modes) -> LinearSystem:
-    """Return the continuous equations of an arm with so many modes, its states balanced.
+    """Return the continuous equations of an arm with so many modes, in modal coordinates.
 
     They are kept: gain and dead time change without them.
     """
-    system = arm_equations(modes.model(arm), sensors, actuator)
-    scale = balance_system(system.A, system.B, system.C)
-    return LinearSystem(
-        system.A / scale[:, None] * scale, system.B / scale[:, None], system.C * scale, system.D
-    )
+    return arm_equations(modes.model(arm), sensors, actuator)
 
 
 def response_of(
@@ -165,7 +161,9 @@ class HeldRig:
 def _held(A: Array, B: Array, h: float) -> tuple[Array, Array]:
     """Return e^(Ah) and ∫₀ʰ e^(As)B ds."""
     size = len(A)
+    scale = np.ones(size + 1)
+    scale[:size] = balance(A)
     both = np.zeros((size + 1, size + 1))
     both[:size, :size], both[:size, size] = A, B
-    both = expm(both * h)
+    both = expm(both / scale[:, None] * scale * h) * scale[:, None] / scale
     return both[:size, :size], both[:size, size]

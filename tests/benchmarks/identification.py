@@ -15,6 +15,7 @@ import json
 import time
 from dataclasses import dataclass
 
+import control
 import numpy as np
 
 import slewctl as sc
@@ -110,13 +111,7 @@ def _measured(true, gain, delay, whole, friction, closed, rng, seed, duration): 
     options = {"actuator": actuator, "gain": gain, "delay": delay, "seed": seed}
     excitation = sc.prbs(samples, amplitude=amplitude, seed=seed)
     if closed:
-        speed = 2 * np.pi * 0.6
-        kp, kd = whole * speed**2 / per_unit, 1.4 * whole * speed / per_unit
-        lag = np.exp(-CLOCK * 40 * speed)
-        options["feedback"] = (
-            [kp + kd * (1 - lag) / CLOCK, -kp * lag - kd * (1 - lag) / CLOCK],
-            [1.0, -lag],
-        )
+        options["feedback"] = _tame_law(true, gain, delay, whole, per_unit, actuator)
         excitation = sc.prbs(samples, amplitude=0.4, seed=seed)
     if friction:
         options["dry_friction"] = rng.uniform(0.05, 0.2) * amplitude * per_unit * gain
@@ -127,6 +122,23 @@ def _measured(true, gain, delay, whole, friction, closed, rng, seed, duration): 
     return sc.simulated_log(
         true, excitation, CLOCK, noise=NOISE * moves, counts_per_turn=COUNTS, **options
     )
+
+
+def _tame_law(true, gain, delay, whole, per_unit, actuator):  # type: ignore[no-untyped-def]
+    """Return a PD law in z⁻¹, slow enough for its loop to have a margin."""
+    plant = gain * sc.state_space(sc.truth(true, 8), ["theta"], input=actuator, coordinates="modal")
+    speed = 2 * np.pi * 0.8
+    while True:
+        speed /= 1.5
+        kp, kd = whole * speed**2 / per_unit, 1.4 * whole * speed / per_unit
+        lag = np.exp(-CLOCK * 20 * speed)
+        rate = kd * (1 - lag) / CLOCK
+        law = [kp + rate, -kp * lag - rate], [1.0, -lag]
+        try:
+            if sc.margins(plant, control.tf(*law, CLOCK), delay=delay).modulus.value > 0.3:
+                return law
+        except sc.UnstableLoopError:
+            continue
 
 
 def figures(case: Case) -> dict[str, object]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import control as ct
@@ -15,10 +16,12 @@ from scipy.stats import chi2
 import slewctl as sc
 from slewctl.files import read_design
 from slewctl.measured.ellipsoid import ellipsoid_ends
+from slewctl.measured.fit_rig import _without_state
 from slewctl.measured.record_data import RecordData, smooth
 from slewctl.measured.response_data import rig_response
 from slewctl.measured.rig_model import Channel, Modes, modes_for
-from slewctl.measured.rig_parameters import Rig
+from slewctl.measured.rig_parameters import Rig, parameters
+from slewctl.measured.rig_problem import RigProblem
 
 T = 0.01
 NOMINAL = sc.Arm(sc.Beam(0.6, 0.4, 0.5), sc.Hub(0.01, friction=0.01), damping_ratio=0.01)
@@ -62,11 +65,32 @@ def test_an_exact_response_gives_the_rig_back() -> None:
 def test_a_record_is_explained_to_rounding_by_the_rig_that_made_it() -> None:
     for options in ({}, {"sensor": "root_moment"}, {"feedback": ([0.5, -0.45], [1.0, -0.5])}):
         data = RecordData(record(samples=1500, **options), Modes(20))
+        data.weight = np.ones(len(data.omega))  # there is no noise to be read
         whole = np.linalg.norm(data.Y)
         assert np.linalg.norm(data.errors(RIG)) > 1e-3 * whole  # the state's part leaks
         assert np.linalg.norm(data.state_part(RIG).left) < 1e-7 * whole
         wrong = replace(RIG, delay=RIG.delay + 0.1 * T)
         assert np.linalg.norm(data.state_part(wrong).left) > 1e-4 * whole
+
+
+def test_the_gradient_is_that_of_what_is_left_with_the_state_eliminated() -> None:
+    data = RecordData(record(samples=1500, noise=2e-3), modes_for(NOMINAL, 40.0))
+    free = parameters(NOMINAL, FREE, data.channel, 40.0)
+    problem = RigProblem(Rig(NOMINAL), free)
+    values = np.array([value * 1.02 for value in EXPECTED.values()])
+    scales = np.array([each.scale for each in free])
+    here = np.where(problem.logarithmic, np.log(values), values / scales)
+
+    def cost(x: np.ndarray) -> float:
+        vector = data.state_part(problem.rig_at(x)).vector
+        return 0.5 * float(vector @ vector)
+
+    remainder = data.state_part(problem.rig_at(here))
+    slopes = problem.differences(partial(_without_state, data, remainder), here)
+    gradient = slopes.T @ remainder.vector
+    steps = 1e-5 * np.eye(len(here))
+    expected = np.array([(cost(here + h) - cost(here - h)) / 2e-5 for h in steps])
+    np.testing.assert_allclose(gradient, expected, rtol=2e-3, atol=1e-4 * abs(expected).max())
 
 
 def test_the_spectrum_of_noise_is_found_steep_or_flat() -> None:
