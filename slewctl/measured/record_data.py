@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import qr
+from scipy.special import digamma
 
 from slewctl._types import Array, ComplexArray
 from slewctl.measured.estimate import noise_power
@@ -25,9 +26,10 @@ from slewctl.numerics.linear_system import LinearSystem
 # Longest dead time in samples.
 MOST_LATE = 40
 # Bins on either side over which the noise is averaged: few where it may be steep.
-_WIDEST, _NARROWEST = 40, 4
-# Mean of the logarithm of an exponential variable of mean one, with a minus.
-_EULER = float(np.euler_gamma)
+_WIDEST, _NARROWEST = 40, 10
+_FEW = 2
+# Mean of the logarithm of the mean of so few exponential variables, with a minus.
+_LOG_OF_FEW = float(np.log(2 * _FEW + 1) - digamma(2 * _FEW + 1))
 # Relative size of a direction in which the state's part does not count.
 _DEPENDENT = 1e-12
 
@@ -104,7 +106,7 @@ class RecordData:
 
     def weigh(self, remainder: Remainder) -> None:
         """Take the spectrum of the noise from what is left at a rig."""
-        self.weight = 1 / np.sqrt(smooth(np.abs(remainder.left) ** 2))
+        self.weight = 1 / np.sqrt(smooth(np.abs(remainder.left) ** 2, remainder.free))
 
 
 class Remainder:
@@ -153,6 +155,13 @@ class Remainder:
         return np.asarray(parts / (np.sqrt(2) * self.weight))
 
     @property
+    def free(self) -> Array:
+        """Which part of the noise's power the state's part leaves at each bin, shape (k,)."""
+        taken = np.sum(self.basis**2, axis=1)
+        half = len(self.weight)
+        return np.asarray(1 - (taken[:half] + taken[half:]) / 2)
+
+    @property
     def taken(self) -> int:
         """How many real numbers the state's part has."""
         return self.basis.shape[1]
@@ -163,14 +172,28 @@ def _real(columns: ComplexArray) -> Array:
     return np.asarray(np.sqrt(2) * np.concatenate([columns.real, columns.imag]))
 
 
-def smooth(power: Array) -> Array:
-    """Return a spectrum of noise from its periodogram: a running mean of the logarithm.
+def smooth(power: Array, free: Array | float = 1.0) -> Array:
+    """Return a spectrum of noise from a periodogram of what is left.
 
-    The logarithm lets neither a line nor a steep slope spill over.
+    A few bins are averaged, and the logarithm of that over more of them: neither does a line or
+    a steep slope spill over, nor do single bins without power count for much.
+
+    Parameters
+    ----------
+    power : ndarray, shape (k,)
+    free : ndarray, shape (k,)
+        Which part of the noise's power is left at each bin, 0 to 1.
     """
-    log = np.log(np.maximum(power, np.finfo(float).tiny))
-    reached = np.concatenate([[0.0], np.cumsum(log)])
-    k = np.arange(len(log))
-    half = np.clip((k + 1) // 2, _NARROWEST, _WIDEST)
-    low, high = np.maximum(k - half, 0), np.minimum(k + half + 1, len(log))
-    return np.asarray(np.exp((reached[high] - reached[low]) / (high - low) + _EULER))
+    left = np.maximum(free + np.zeros(len(power)), 1 / (2 * _FEW + 1))
+    few = _running(power, np.full(len(power), _FEW)) / _running(left, np.full(len(power), _FEW))
+    log = np.log(np.maximum(few, np.finfo(float).tiny)) + _LOG_OF_FEW
+    half = np.clip(np.arange(len(log)) // 2, _NARROWEST, _WIDEST)
+    return np.asarray(np.exp(_running(log, half)))
+
+
+def _running(values: Array, half: Array) -> Array:
+    """Return the mean over so many values on either side, of fewer at the ends."""
+    reached = np.concatenate([[0.0], np.cumsum(values)])
+    k = np.arange(len(values))
+    low, high = np.maximum(k - half, 0), np.minimum(k + half + 1, len(values))
+    return np.asarray((reached[high] - reached[low]) / (high - low))
