@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.special import digamma
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array, ComplexArray, IntArray
 from slewctl.measured.estimate import noise_power
 from slewctl.measured.log import Log
 from slewctl.measured.response_data import channel_of
@@ -187,11 +187,11 @@ def smooth(power: Array, free: Array | float = 1.0) -> Array:
     left = np.maximum(free + np.zeros(len(power)), 1 / (2 * _FEW + 1))
     few = _running(power, np.full(len(power), _FEW)) / _running(left, np.full(len(power), _FEW))
     log = np.log(np.maximum(few, np.finfo(float).tiny)) + _LOG_OF_FEW
-    half = np.clip(np.arange(len(log)) // 2, _NARROWEST, _WIDEST)
+    half = np.clip(np.arange(len(log), dtype=int) // 2, _NARROWEST, _WIDEST)
     return np.asarray(np.exp(_running(log, half)))
 
 
-def _running(values: Array, half: Array) -> Array:
+def _running(values: Array, half: IntArray) -> Array:
     """Return the mean over so many values on either side, of fewer at the ends."""
     reached = np.concatenate([[0.0], np.cumsum(values)])
     k = np.arange(len(values))

@@ -67,7 +67,7 @@ def test_open_loop_estimates_are_scipys() -> None:
 def test_the_band_holds_the_truth_as_often_as_it_says(closed: bool) -> None:
     feedback = LAW if closed else None
     inside, total = 0, 0
-    for seed in range(3):
+    for seed in range(2):
         log = sc.simulated_log(ARM, U, T, noise=5e-3, seed=seed, feedback=feedback)
         found = sc.estimate_response(log, segment_s=10.0)
         # Where a resonance is narrower than the resolution there is a bias beside the noise.
@@ -75,7 +75,7 @@ def test_the_band_holds_the_truth_as_often_as_it_says(closed: bool) -> None:
         far &= (found.frequencies_hz > 3) & (found.coherence > 0.3)
         off = np.abs(found.values - exact(found.frequencies_hz)) <= found.radius(0.95)
         inside, total = inside + np.count_nonzero(off & far), total + np.count_nonzero(far)
-    assert total > 100
+    assert total > 60
     assert 0.90 < inside / total <= 0.985
 
 

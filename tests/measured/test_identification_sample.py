@@ -1,4 +1,4 @@
-"""A small sample of the identification benchmark: what it asks of many rigs, asked of two."""
+"""A small sample of the identification benchmark: what it asks of many rigs, asked of one."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from identification import DELAY, FREQUENCY, figures, random_case, summary
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "closed"), [(1, False), (5, True)])
-def test_a_rig_is_found_again(seed: int, closed: bool) -> None:
-    row = figures(random_case(seed, closed=closed, duration=20.0))
+def test_a_rig_is_found_again_in_closed_loop() -> None:
+    row = figures(random_case(1, closed=True, duration=12.0))
     assert max(map(abs, row["frequency"])) < FREQUENCY
     assert abs(row["delay"]) < DELAY
     assert row["scatter"] == pytest.approx(1, abs=0.05)
