@@ -69,10 +69,9 @@ def identify(
         met = _met(found, law) if law else None
         step("drawing")
         page = write_identification(found, out, met)
-    OUT.print(str(measured))
-    OUT.print(str(found))
-    if met:
-        OUT.print(str(met[0]))
+    for result in (measured, found, *(met or ())[:1]):
+        for line in str(result).splitlines():
+            OUT.print(line)
     OUT.print(f"fitted arm: {out / 'fitted.toml'}")
     OUT.print(f"report: {page}")
 

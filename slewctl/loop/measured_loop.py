@@ -22,6 +22,7 @@ _PLACES = 12
 # A pole this near to zero, over the fastest, is one at zero.
 _AT_ZERO = 1e-9
 _FEWEST = 3  # points that a curve needs
+_IN_A_ROW = 5  # points above the noise, which by accident is one alone, or two
 _SAME_CLOCK = 1e-6  # relative: rounding of times in a log
 
 
@@ -76,6 +77,7 @@ def measured_loop(
             f"{len(response.values)} points", where="response", remedy="measure at three or more"
         )
     told: list[str] = []
+    response = _shown(response, told)
     if poles_at_zero is None:
         quarters = round(float(np.angle(response.values[0])) / (np.pi / 2))
         poles_at_zero = abs(quarters)  # a lead of a quarter is a lag of one with a minus
@@ -110,6 +112,24 @@ def measured_loop(
     return MeasuredLoop(
         hz, values * factor, radius * np.abs(factor), poles_at_zero, at_zero, unstable, tuple(told)
     )
+
+
+def _shown(response: Response, told: list[str]) -> Response:
+    """Return the band in which the response is seen; beyond, the disks hold zero as well."""
+    seen = ~(response.radius() >= np.abs(response.values))
+    width = min(_IN_A_ROW, len(seen))
+    rows = np.flatnonzero(np.convolve(seen, np.ones(width), "valid") > width - 0.5)
+    if not len(rows):
+        raise InputError(
+            "it shows nothing: the noise is as large as the response at nearly every point",
+            where="response",
+            remedy="measure longer, or excite more",
+        )
+    kept = slice(int(rows[0]), int(rows[-1]) + width)
+    left_out = len(response.values) - (kept.stop - kept.start)
+    if left_out:
+        told.append(f"{left_out} points at the ends show nothing but noise and are left out")
+    return response.at_points(kept)
 
 
 def check_reads(controller: LinearSystem, response: Response) -> None:

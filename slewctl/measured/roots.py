@@ -105,7 +105,7 @@ def seen(response: Response, frequency_hz: float, kind: str) -> tuple[float, flo
     if square <= 0 or not np.sqrt(square) * frequency_hz < hz[near].max():
         return nothing
     own = float(np.sqrt(square))
-    if own * frequency_hz < hz[near].min() or abs(damping) > 0.5 * own:
+    if own * frequency_hz < hz[near].min() or not 0 < damping < 0.5 * own:
         return nothing
     return own * frequency_hz, float(damping / (2 * own))
 

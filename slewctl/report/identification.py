@@ -14,6 +14,9 @@ from slewctl.report.drawing import ALARM, figure, legend, plain_labels, style, s
 from slewctl.report.export import csv_text, json_text, write_files
 from slewctl.report.page import render, versions
 
+# A larger step of the phase in degrees, from point to point, is one of its turns.
+_TURN = 180.0
+
 
 def write_identification(
     found: RigFit,
@@ -123,10 +126,14 @@ def _response_figure(found: RigFit, computed: object) -> str:
     axes[0].plot(hz, np.abs(response.values), lw=0.9, color=looks["color"], label="measured")
     axes[0].plot(hz, np.abs(fitted), "--", lw=1.2, color=ALARM, label="fitted")
     axes[0].set_yscale("log")
+    size = np.abs(response.values)
+    axes[0].set_ylim(size.min() / 3, size.max() * 3)  # whatever the band does
     axes[0].set_ylabel(f"magnitude ({response.unit})")
     legend(axes[0])
     axes[1].plot(hz, np.angle(response.values, deg=True), ".", ms=2, color=looks["color"])
-    axes[1].plot(hz, np.angle(fitted, deg=True), "--", lw=1.2, color=ALARM)
+    phase = np.angle(fitted, deg=True)
+    phase[1:][np.abs(np.diff(phase)) > _TURN] = np.nan  # a turn of 360° is no line
+    axes[1].plot(hz, phase, lw=1.2, color=ALARM)
     axes[1].set_ylabel("phase (deg)")
     axes[2].plot(hz, np.asarray(response.coherence), lw=0.9, color=looks["color"])
     axes[2].set_ylim(0, 1.02)
