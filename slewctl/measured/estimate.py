@@ -112,6 +112,12 @@ def noise_power(log: Log, omega: Array) -> Array:
 
 
 def _length(log: Log, segment_s: float | None) -> int:
+    if log.samples < 4 * _FEWEST:
+        raise InputError(
+            f"{log.samples} samples make no spectrum",
+            where="log",
+            remedy=f"give at least {4 * _FEWEST}",
+        )
     if segment_s is None:
         return max(2 * (log.samples // (2 * _SEGMENTS)), _FEWEST)
     length = round(check_positive(segment_s, "segment_s") / log.sample_time)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm import Arm
-from slewctl.errors import InputError
+from slewctl.errors import AccuracyError, InputError, SlewctlError
 from slewctl.measured.estimate import estimate_response
 from slewctl.measured.fit_result import Estimate
 from slewctl.measured.log import Log
@@ -31,11 +32,14 @@ _VISIBLE, _ROUNDING = 0.3, 1e-6
 # Rounds of fitting and reading the noise from what is left, at most; and the change, in
 # standard deviations, that ends them.
 _ROUNDS, _SETTLED = 8, 0.05
-# Steps of the first descents, how many go on, and the fall of the squares that ends them.
-_FIRST, _SECONDS, _ROUGH = 6, 2, 1e-3
+# Steps of the first descents, how many go on and for how long, and the fall of the squares
+# that ends them.
+_FIRST, _SECONDS, _SECOND, _ROUGH = 6, 2, 40, 1e-3
 # Steps of one round on a record, and the relative fall of the squares that ends the first
 # round and the others.
 _EACH, _COARSE, _FINE = 12, 1e-5, 1e-8
+# Mean cosine of the phase by which measured and fitted response differ: they are opposite.
+_MIRRORED = -0.3
 # Of an encoder's rounding: more noise than this is something else.
 _QUIET = 2.0
 _NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
@@ -45,7 +49,10 @@ def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
     """Return the fit of `arm` to a response or a log; see `fit`."""
     check_arm(arm, "fit")
     log = measured if isinstance(measured, Log) else None
-    response = estimate_response(measured) if isinstance(measured, Log) else measured
+    if isinstance(measured, Log):
+        response = estimate_response(measured)
+    else:
+        response = measured.at_points(measured.values != 0)  # zero has no logarithm
     highest = float(response.frequencies_hz[-1])
     found = parameters(arm, free, channel_of(response), highest)
     data = ResponseData(thinned(response) if log else response, modes_for(arm, highest))
@@ -57,6 +64,7 @@ def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
         )
     problem = RigProblem(Rig(arm), found)
     near = _near(problem, data)
+    _check_sign(problem.rig_at(near), data)
     if log:
         solution = _on_record(problem, RecordData(log, data.modes), near)
     else:
@@ -104,13 +112,39 @@ def _near(problem: RigProblem, data: ResponseData) -> Array:
     def misfit(x: Array) -> float:
         return data.misfit(problem.rig_at(x))
 
+    def descended(starts: Sequence[Array], steps: int, tolerance: float) -> list[Array]:
+        """Return where the descents end, nearest first; one that leaves all arms ends nowhere."""
+        ends = []
+        for x in starts:
+            with suppress(SlewctlError):
+                end = problem.descend(
+                    residual, slopes, x, robust=True, steps=steps, tolerance=tolerance
+                )
+                ends.append((misfit(end), end))
+        return [end for _, end in sorted(ends, key=lambda pair: pair[0])]
+
     starts = problem.starts(data.magnitudes_off, settle)
-    rough = [problem.descend(residual, slopes, x, robust=True, steps=_FIRST) for x in starts]
-    best = sorted(rough, key=misfit)[:_SECONDS]
-    return min(
-        (problem.descend(residual, slopes, x, robust=True, tolerance=_ROUGH) for x in best),
-        key=misfit,
-    )
+    rough = descended(starts, _FIRST, _FINE)
+    best = descended(rough[:_SECONDS], _SECOND, _ROUGH)
+    if not best:
+        raise AccuracyError(
+            "no arm near the one given has such a response",
+            where="fit",
+            remedy="free fewer properties, or start from an arm closer to the measured one",
+        )
+    return best[0]
+
+
+def _check_sign(rig: Rig, data: ResponseData) -> None:
+    """Refuse a sensor or an actuator that is wired the other way round."""
+    # Among the slowest points, where a dead time counts for little.
+    turn = data.ratio(replace(rig, delay=0.0)).imag[: -(-len(data.deviation) // 4)]
+    if np.mean(np.cos(turn)) < _MIRRORED:
+        raise InputError(
+            "the response has the opposite sign of the arm's",
+            where="fit.measured",
+            remedy="turn the sign of the input or of the output",
+        )
 
 
 def _on_response(problem: RigProblem, data: ResponseData, start: Array) -> _Solution:

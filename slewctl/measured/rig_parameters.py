@@ -17,6 +17,8 @@ NAMES = (*ADJUSTABLE, FRICTION, DAMPING, "damping.1", DELAY, GAIN)
 _ONE_RATIO = re.compile(r"damping\.([1-9][0-9]?)")
 # A ratio to start from where the arm has none.
 _SOME_DAMPING = 0.01
+# Of a damping ratio; and modes among which the largest is looked for.
+_MOST_RATIO, _MANY = 0.999, 100
 # Least start of what is bounded by zero, in typical sizes.
 _LEAST_START = 0.01
 
@@ -120,13 +122,14 @@ def _parameter(arm: Arm, name: object, tick: float) -> Parameter:
     if name == DELAY:
         return Parameter(DELAY, "s", 0.0, tick, lambda rig, v: replace(rig, delay=v), False)
     if name == DAMPING:
-        vary(arm, damping_factor=1.01)  # refused here where there is nothing to multiply
+        vary(arm, damping_factor=1 + 1e-9)  # refused here where there is nothing to multiply
+        most = _MOST_RATIO / max(float(arm.damping_ratios(_MANY).max()), 1e-9)
         return Parameter(
             DAMPING,
             "×",
             1.0,
             1.0,
-            lambda rig, v: replace(rig, arm=vary(rig.arm, damping_factor=v)),
+            lambda rig, v: replace(rig, arm=vary(rig.arm, damping_factor=min(v, most))),
             True,
         )
     if name == FRICTION:
@@ -159,7 +162,7 @@ def _ratio(arm: Arm, mode: int) -> Parameter:
 
     def write(rig: Rig, value: float) -> Rig:
         ratios = rig.arm.damping_ratios(mode + 1)
-        ratios[mode - 1] = min(value, 1 - 1e-9)
+        ratios[mode - 1] = min(value, _MOST_RATIO)
         given = rig.arm.damping_ratio
         rest = given[mode + 1 :] if isinstance(given, Sequence) else ()
         return replace(rig, arm=replace(rig.arm, damping_ratio=(*ratios.tolist(), *rest)))
