@@ -17,7 +17,7 @@ from slewctl.measured.fit_result import Estimate
 from slewctl.measured.log import Log
 from slewctl.measured.record_data import RecordData, Remainder
 from slewctl.measured.response import Response
-from slewctl.measured.response_data import ResponseData, channel_of, thinned
+from slewctl.measured.response_data import ResponseData, channel_of, highest_seen, thinned
 from slewctl.measured.rig_fit_result import RigFit
 from slewctl.measured.rig_model import modes_for
 from slewctl.measured.rig_parameters import Rig, parameters
@@ -53,7 +53,7 @@ def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
         response = estimate_response(measured)
     else:
         response = measured.at_points(measured.values != 0)  # zero has no logarithm
-    highest = float(response.frequencies_hz[-1])
+    highest = highest_seen(response)
     found = parameters(arm, free, channel_of(response), highest)
     data = ResponseData(thinned(response) if log else response, modes_for(arm, highest))
     if 2 * len(data.response.values) <= len(found):
@@ -66,7 +66,9 @@ def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
     near = _near(problem, data)
     _check_sign(problem.rig_at(near), data)
     if log:
-        solution = _on_record(problem, RecordData(log, data.modes), near)
+        solution = _on_record(
+            problem, RecordData(log, data.modes, highest, problem.rig_at(near).delay), near
+        )
     else:
         solution = _on_response(problem, data, near)
     return _result(problem, data, response, log, solution)
@@ -263,8 +265,8 @@ def _result(
 def _roots(
     problem: RigProblem, data: ResponseData, response: Response, x: Array, covariance: Array
 ) -> tuple[Root, ...]:
-    """Return poles and zeros in the measured band, with deviations that the fit gives them."""
-    highest = float(response.frequencies_hz[-1])
+    """Return poles and zeros that the response shows, with deviations that the fit gives them."""
+    highest = highest_seen(response)
     found: list[Root] = []
     for place, kind in enumerate(("pole", "zero")):
 

@@ -23,8 +23,10 @@ from slewctl.measured.rig_model import HeldRig, Modes, equations
 from slewctl.measured.rig_parameters import Rig
 from slewctl.numerics.linear_system import LinearSystem
 
-# Longest dead time in samples.
-MOST_LATE = 40
+# Longest dead time: in samples, or over what it is at first.
+_LATE, _LONGER = 40, 2
+# Bins that are all taken, and how far above what a log shows more of them are.
+_MANY, _ABOVE = 12_000, 1.5
 # Bins on either side over which the noise is averaged: few where it may be steep.
 _WIDEST, _NARROWEST = 40, 10
 _FEW = 2
@@ -42,15 +44,25 @@ class RecordData:
     log : Log
     modes : Modes
         Of the model.
+    highest_hz : float, optional
+        Up to where the log shows the arm: of a long log nothing far above it is taken.
+    delay : float
+        About what the dead time is in s; twice of it can be told.
     """
 
-    def __init__(self, log: Log, modes: Modes) -> None:
+    def __init__(
+        self, log: Log, modes: Modes, highest_hz: float = np.inf, delay: float = 0.0
+    ) -> None:
         self.modes = modes
         self.channel = channel_of(log)
         # What was held before the record is not known: it begins where that has passed.
-        self.late = min(MOST_LATE, log.samples // 8)
+        longest = _LONGER * int(delay / log.sample_time)
+        self.late = min(max(_LATE, longest), log.samples // 4)
         self.count = log.samples - self.late - 1
         bins = np.arange(1, (self.count + 1) // 2)
+        if len(bins) > _MANY:
+            last = _ABOVE * highest_hz * self.count * log.sample_time
+            bins = bins[: max(_MANY, int(min(last, len(bins))))]
         self.omega: Array = np.asarray(2 * np.pi * bins / (self.count * log.sample_time))
         self.z = np.exp(1j * self.omega * log.sample_time)
         self._u = log.input

@@ -14,6 +14,8 @@ from slewctl.plant.statespace import Actuator
 # Of a response from a log, to start from: as many points, and those that show anything.
 _MOST_POINTS = 150
 _LEAST_COHERENCE = 0.05
+# So many in a row with such a coherence are no accident of a few averages.
+_IN_A_ROW, _COHERENT = 5, 0.3
 # Deviations that are smaller are smaller than what the model leaves out.
 _LEAST_DEVIATION = 1e-4
 
@@ -87,6 +89,15 @@ def thinned(response: Response) -> Response:
     good = np.asarray(response.coherence) > _LEAST_COHERENCE
     index = np.flatnonzero(good) if np.count_nonzero(good) > 1 else np.arange(len(good))
     return response.at_points(index[:: -(-len(index) // _MOST_POINTS)])
+
+
+def highest_seen(response: Response) -> float:
+    """Return the frequency in Hz up to which a response shows the arm, by its coherence."""
+    seen = (np.asarray(response.coherence) > _COHERENT).astype(float)
+    width = min(_IN_A_ROW, len(seen))
+    rows = np.flatnonzero(np.convolve(seen, np.ones(width), "valid") > width - 0.5)
+    last = int(rows[-1]) + width - 1 if len(rows) else len(seen) - 1
+    return float(response.frequencies_hz[last])
 
 
 def _weighted_median(values: Array, weights: Array) -> float:

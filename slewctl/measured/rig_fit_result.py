@@ -67,7 +67,7 @@ class RigFit(Described):
         deviation itself.
     degrees_of_freedom : int
     roots : tuple of Root
-        Poles and zeros below the highest frequency measured, beside the measured ones.
+        Poles and zeros that the response shows by its coherence, beside the measured ones.
     log : Log or None
         What was fitted, if it was a log.
     remarks : tuple of str

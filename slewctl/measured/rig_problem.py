@@ -17,9 +17,10 @@ _STEP = 1e-5
 # Factors between 1e-6 and 1e6.
 _LARGEST_LOG = 14.0
 _DECADE = float(np.log(10))
-# Starts are spread over so much to either side, as a logarithm; dead times up to so many ticks.
+# Starts are spread over so much to either side, as a logarithm; dead times by halves of a tick to
+# so many, and up to so many more widely.
 _SPREAD = 1.1
-_MOST_TICKS = 8.0
+_FEW_TICKS, _MOST_TICKS = 8.0, 80.0
 _STARTS = 24  # for each property that moves poles and zeros
 _MOST_STARTS = 96
 _KEPT = 3  # of them, the best, are descended from
@@ -185,7 +186,8 @@ class RigProblem:
             return coordinates
         j = names.index(DELAY)
         trials = []
-        for ticks in np.arange(0.1, _MOST_TICKS, 0.5):
+        few = np.arange(0.1, _FEW_TICKS, 0.5)
+        for ticks in (*few, *np.geomspace(_FEW_TICKS, _MOST_TICKS, len(few))):
             moved = coordinates.copy()
             moved[j] = ticks
             trials.append((misfit(self.rig_at(moved)), moved))
