@@ -24,6 +24,7 @@ from slewctl.measured.rig_parameters import Rig, parameters
 from slewctl.measured.rig_problem import RigProblem
 from slewctl.measured.roots import Root, figures, poles_and_zeros, seen
 from slewctl.measured.undetermined import coupled_groups
+from slewctl.measured.units import unit_of
 from slewctl.model.assembly import check_arm
 
 # A direction is not determined in which a change as large as the properties themselves makes
@@ -42,6 +43,7 @@ _EACH, _COARSE, _FINE = 12, 1e-5, 1e-8
 _MIRRORED = -0.3
 # Of an encoder's rounding: more noise than this is something else.
 _QUIET = 2.0
+_CLEAR = 5.0  # deviations from which dry friction is there
 _NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
 
 
@@ -89,6 +91,8 @@ class _Solution:
         Residuals beyond the properties.
     noise : float
         Of a log: of an encoder's rounding.
+    dry : tuple of float
+        Of a log of the hub angle: dry friction in the actuator's unit, and its deviation.
     """
 
     coordinates: Array
@@ -96,6 +100,7 @@ class _Solution:
     scatter: float
     spare: int
     noise: float = np.nan
+    dry: tuple[float, float] = (np.nan, np.nan)
 
 
 def _near(problem: RigProblem, data: ResponseData) -> Array:
@@ -180,7 +185,7 @@ def _on_record(problem: RigProblem, data: RecordData, start: Array) -> _Solution
     jacobian = problem.differences(partial(_without_state, data, remainder), x)
     spare = max(len(remainder.vector) - remainder.taken - len(x), 1)
     scatter = float(np.sqrt(remainder.vector @ remainder.vector / spare))
-    return _Solution(x, jacobian, scatter, spare, data.times_rounding)
+    return _Solution(x, jacobian, scatter, spare, data.times_rounding, data.dry_friction(remainder))
 
 
 def _without_state(data: RecordData, remainder: Remainder, rig: Rig) -> Array:
@@ -306,9 +311,12 @@ def _remarks(fit: RigFit, data: ResponseData, solution: _Solution) -> list[str]:
         )
     if fit.log is None and not data.scatter_known:
         told.append(f"scatter: {fit.scatter:.2g} relative, from the residuals")
-    if solution.noise > _QUIET:
+    dry, deviation = solution.dry
+    if dry > _CLEAR * deviation:
         told.append(
-            f"the noise is {solution.noise:.2g} times an encoder's rounding; if dry friction is "
-            "part of it, the intervals are optimistic"
+            f"dry friction of about {dry:.2g} {unit_of(data.channel.actuator)} at the hub is told "
+            "apart by the sign of its rate; with it the intervals are optimistic"
         )
+    if solution.noise > _QUIET:
+        told.append(f"the noise is {solution.noise:.2g} times an encoder's rounding")
     return told

@@ -2,8 +2,9 @@
 
 In the discrete Fourier transform over the record, Y = G U + C(zI − Φ)⁻¹z δ + noise holds
 exactly, where δ = x(0) − x(N) is what the state gained over the record: nothing leaks, however
-light a mode.  δ is eliminated, linear as it is, and what is left is divided by the spectrum of
-the noise, which is read from the residual itself.  That is the prediction error method with a
+light a mode.  δ is eliminated, linear as it is, and so is dry friction at the hub, an input that
+a measured hub angle tells but for its size.  What is left is divided by the spectrum of the
+noise, which is read from the residual itself.  That is the prediction error method with a
 free noise model; with white or coloured noise at the output it is right in closed loop too.
 (L. Ljung, System Identification, 2nd ed., 1999, chapters 7 and 13; R. Pintelon and
 J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, chapter 6.)
@@ -70,6 +71,10 @@ class RecordData:
         self._inputs: dict[int, ComplexArray] = {}
         self._bins = bins
         self.Y = self._transform(log.output[self.late + 1 :])
+        # Dry friction has the sign of the rate from each sample to the next.
+        rates = np.sign(np.diff(log.output, append=log.output[-1]))
+        turns = log.sensor == "theta"
+        self._rubs = self._transform(rates[self.late + 1 :]) if turns else None
         self.weight: Array = 1 / np.sqrt(noise_power(log, self.omega))
 
     def _transform(self, column: Array) -> ComplexArray:
@@ -87,7 +92,17 @@ class RecordData:
         system, held = self._held(rig)
         rows = held.rows(self.omega)
         found = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
-        return found - self.z * (rows @ (gained + np.zeros(rows.shape[1])))
+        if isinstance(gained, float):
+            return found
+        return found - self._columns(system, rows) @ gained
+
+    def _columns(self, system: LinearSystem, rows: ComplexArray) -> ComplexArray:
+        """Return what a state that gains one gives at each bin, and what dry friction of one."""
+        state = rows * self.z[:, None]
+        if self._rubs is None:
+            return state
+        at_once = HeldRig.of(system, self.channel.sample_time).now
+        return np.column_stack([state, -(rows @ at_once) * self._rubs])
 
     def _errors(
         self, held: HeldRig, rows: ComplexArray, through: float, gain: float
@@ -107,7 +122,16 @@ class RecordData:
         system, held = self._held(rig)
         rows = held.rows(self.omega)
         errors = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
-        return Remainder(errors, rows * self.z[:, None], self.weight)
+        return Remainder(errors, self._columns(system, rows), self.weight)
+
+    def dry_friction(self, remainder: Remainder) -> tuple[float, float]:
+        """Return the dry friction that a log of the hub angle shows, with its deviation.
+
+        In the actuator's unit; NaN of another sensor's log.
+        """
+        if self._rubs is None:
+            return float("nan"), float("nan")
+        return float(remainder.gained[-1]), float(remainder.deviation[-1])
 
     @property
     def times_rounding(self) -> float:
@@ -136,8 +160,8 @@ class Remainder:
     ----------
     vector : ndarray, shape (2k,)
         What is left, in deviations of the noise.
-    gained : ndarray, shape (n,)
-        What the state gained over the record, δ.
+    gained, deviation : ndarray, shape (n,)
+        What the state gained over the record, δ, and dry friction, with their deviations.
     """
 
     def __init__(self, errors: ComplexArray, columns: ComplexArray, weight: Array) -> None:
@@ -152,7 +176,9 @@ class Remainder:
         self.basis: Array = Q @ left[:, kept]
         self.vector = self.without(errors)
         part = self.basis.T @ _real((errors * weight)[:, None])[:, 0]
-        self.gained = right[kept].T @ (part / values[kept]) / np.where(size > 0, size, 1.0)
+        sizes = np.where(size > 0, size, 1.0)
+        self.gained = right[kept].T @ (part / values[kept]) / sizes
+        self.deviation = np.linalg.norm(right[kept].T / values[kept], axis=1) / sizes
 
     def without(self, errors: ComplexArray) -> Array:
         """Return errors in deviations of the noise, real, without the state's part, (2k,)."""
