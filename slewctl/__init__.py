@@ -74,8 +74,19 @@ if TYPE_CHECKING:
         spillover,
     )
     from slewctl.loop.margin_functions import hybrid_delay_margin, margins
+    from slewctl.loop.measured_margin_results import MeasuredMargins
+    from slewctl.loop.measured_margins import measured_margins
+    from slewctl.measured.estimate import estimate_response
+    from slewctl.measured.excitation import prbs
     from slewctl.measured.fit import fit
     from slewctl.measured.fit_result import Fit
+    from slewctl.measured.log import Log
+    from slewctl.measured.read_log import read_log
+    from slewctl.measured.read_response import read_response
+    from slewctl.measured.response import Response
+    from slewctl.measured.rig_fit_result import RigFit
+    from slewctl.measured.roots import Root
+    from slewctl.measured.simulated import simulated_log
     from slewctl.model import (
         Model,
         NonlinearModel,
@@ -117,8 +128,10 @@ __all__ = [
     "InputError",
     "Joint",
     "KelvinVoigt",
+    "Log",
     "Loop",
     "Margins",
+    "MeasuredMargins",
     "Model",
     "Motor",
     "NonlinearModel",
@@ -127,6 +140,9 @@ __all__ = [
     "Polynomial",
     "Problem",
     "Rayleigh",
+    "Response",
+    "RigFit",
+    "Root",
     "SampledLoop",
     "Sensor",
     "Slew",
@@ -145,6 +161,7 @@ __all__ = [
     "compare_designs",
     "dlqe",
     "dlqr",
+    "estimate_response",
     "fit",
     "generalised_plant",
     "given",
@@ -162,6 +179,7 @@ __all__ = [
     "lqg",
     "lqr",
     "margins",
+    "measured_margins",
     "modal_truncation",
     "multiloop_margins",
     "ncf_margin",
@@ -175,11 +193,15 @@ __all__ = [
     "pole_placement",
     "pole_sensitivity",
     "positive_position",
+    "prbs",
+    "read_log",
+    "read_response",
     "recommend",
     "run_study",
     "sampled_plant",
     "simulate_slew",
     "simulate_swing",
+    "simulated_log",
     "small_gain",
     "spillover",
     "spin_frequencies_hz",

@@ -12,7 +12,13 @@ from slewctl.arm.damping import KelvinVoigt, Rayleigh
 from slewctl.arm.joint import Joint
 from slewctl.arm.parts import Arm, Beam
 from slewctl.arm.profiles import ProfileSpec, Stations
-from slewctl.errors import InputError, check_nonnegative, check_positive, shown
+from slewctl.errors import (
+    InputError,
+    check_damping_ratio,
+    check_nonnegative,
+    check_positive,
+    shown,
+)
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,8 @@ def vary(
     payload_inertia: float | None = None,
     hub_inertia: float | None = None,
     hub_friction: float | None = None,
+    hub_radius: float | None = None,
+    damping_ratio: float | Sequence[float] | None = None,
     payload_mass_factor: float | None = None,
     hub_inertia_factor: float | None = None,
     stiffness_factor: float | None = None,
@@ -51,6 +59,10 @@ def vary(
         New values in kg and kg·m².
     hub_inertia, hub_friction : float, optional
         New values in kg·m² (without the motor's rotor) and N·m·s/rad.
+    hub_radius : float, optional
+        New value in m.
+    damping_ratio : float or sequence of float, optional
+        New modal damping ratios, as `Arm` has them.
     payload_mass_factor, hub_inertia_factor : float, optional
         Times the present payload mass, and the hub's present inertia without the rotor.
         The payload's own inertia stays.
@@ -85,6 +97,8 @@ def vary(
     """
     if not isinstance(arm, Arm):
         raise InputError(f"{shown(arm)} is not an Arm", where="vary", remedy="give a slewctl.Arm")
+    if damping_ratio is not None:
+        arm = replace(arm, damping_ratio=_ratios(damping_ratio, damping_factor))
     hub, payload = arm.hub, arm.payload
     ratio, law = _damping(arm, _factor(damping_factor, "damping_factor"))
     return replace(
@@ -98,6 +112,7 @@ def vary(
             hub,
             inertia=_changed(hub.inertia, hub_inertia, hub_inertia_factor, "hub_inertia"),
             friction=_changed(hub.friction, hub_friction, None, "hub_friction"),
+            radius=_changed(hub.radius, hub_radius, None, "hub_radius"),
         ),
         payload=replace(
             payload,
@@ -157,6 +172,21 @@ def _changed(present: float, value: float | None, factor: float | None, name: st
             remedy=f"give {name} itself, in SI units",
         )
     return present * scale
+
+
+def _ratios(given: object, factor: float | None) -> float | tuple[float, ...]:
+    """Return new damping ratios; refuse a factor beside them."""
+    if factor is not None:
+        raise InputError(
+            "both damping_ratio and damping_factor are given",
+            where="damping_factor",
+            remedy="keep one of them",
+        )
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        if not given:
+            raise InputError("no ratio", where="damping_ratio", remedy="give at least one")
+        return tuple(check_damping_ratio(ratio, "damping_ratio") for ratio in given)
+    return check_damping_ratio(given, "damping_ratio")
 
 
 def _beam(beam: Beam, mass_factor: float, stiffness_factor: float) -> Beam:

@@ -226,6 +226,48 @@ def worst_command(
     context.exit(print_worst(design, asked, as_json))
 
 
+@cli.command("identify")
+@click.argument("log", type=click.Path(path_type=Path))
+@click.option("--arm", required=True, help="Where the fit starts: a catalogue name, or a TOML file "
+              "with an [arm] table.")  # fmt: skip
+@click.option("--free", required=True, metavar="NAMES",
+              help="What to adjust, with commas between: beam.stiffness, beam.mass, hub.inertia, "
+              "hub.radius, hub.friction, payload.mass, payload.inertia, damping or damping.1 and "
+              "so on, delay, gain.")  # fmt: skip
+@click.option("--column", "columns", multiple=True, metavar="NAME=COLUMN",
+              help="What the file calls a signal, such as theta_deg=enc; repeatable.")  # fmt: skip
+@click.option("--sample-time", type=float, metavar="S", help="The clock, in s.")
+@click.option("--counts", type=float, metavar="N",
+              help="Counts of the encoder in a turn, for theta_counts.")  # fmt: skip
+@click.option("--response", is_flag=True, help="The file holds a frequency response, no log.")
+@_file("--controller", "Also judge this controller (.json, .mat or .npz) on the measured response "
+       "and on the fitted arm.")  # fmt: skip
+@OUT_FOLDER
+def identify_command(
+    log: Path,
+    arm: str,
+    free: str,
+    columns: tuple[str, ...],
+    sample_time: float | None,
+    counts: float | None,
+    response: bool,
+    controller: Path | None,
+    out: Path,
+) -> None:
+    """Fit an arm to a LOG of a rig, and report model beside measurement.
+
+    Columns of LOG (.csv, .mat, .npz, .json) are known by names such as time_s, voltage,
+    theta_deg and reference; docs/measurements.md has them all. DIR gets the report and the
+    fitted arm as fitted.toml.
+    """
+    from slewctl.cli.identifying import identify
+
+    identify(
+        log, arm, free, out, columns=columns, response=response, sample_time=sample_time,
+        counts=counts, controller=controller,
+    )  # fmt: skip
+
+
 @cli.command("study")
 @click.argument("file", type=click.Path(path_type=Path))
 @OUT_FOLDER

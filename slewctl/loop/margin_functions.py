@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import overload
+
 from slewctl._threads import single_threaded
 from slewctl.design import Controller
 from slewctl.errors import InputError, check_nonnegative, check_number
 from slewctl.loop.closed import Loop
+from slewctl.loop.measured_margin_results import MeasuredMargins
+from slewctl.loop.measured_margins import measured_margins
 from slewctl.loop.parts import (
     Pair,
     Plant,
@@ -27,11 +31,20 @@ from slewctl.loop.single.hybrid_delay import (
 from slewctl.loop.single.margin_results import Margins
 from slewctl.loop.single.mode_names import modes_of_pair
 from slewctl.loop.single.stability import check_single, require_stable
+from slewctl.measured.response import Response, as_response, is_frd
 from slewctl.numerics.interconnect import series
 from slewctl.plant import GeneralisedPlant
 
 
-@single_threaded
+@overload
+def margins(
+    plant: Response,
+    controller: Controller | System | float,
+    *,
+    sign: int | None = None,
+    delay: float = 0.0,
+) -> MeasuredMargins: ...
+@overload
 def margins(
     plant: Loop | Plant,
     controller: Controller | System | float | None = None,
@@ -39,7 +52,16 @@ def margins(
     sign: int | None = None,
     skew: float = 0.0,
     delay: float = 0.0,
-) -> Margins:
+) -> Margins: ...
+@single_threaded
+def margins(
+    plant: Loop | Plant | Response,
+    controller: Controller | System | float | None = None,
+    *,
+    sign: int | None = None,
+    skew: float = 0.0,
+    delay: float = 0.0,
+) -> Margins | MeasuredMargins:
     """Return the exact margins of a single loop, continuous or sampled.
 
     Stability comes first, of every state of plant and controller: a loop in which an
@@ -50,6 +72,8 @@ def margins(
     plant : Loop, GeneralisedPlant, control.StateSpace or control.TransferFunction
         A closed `Loop`, or, without a controller, the return ratio L; else the plant, with
         one input, at which the loop is broken, and as many outputs as the controller reads.
+        A measured `Response`, or a control.FrequencyResponseData, has margins with intervals;
+        `measured_margins` takes what is known of its poles.
     controller : Controller, control.StateSpace, control.TransferFunction or float, optional
         Its signals are matched with the plant's by name where both have names of their own,
         else by position.  With a sample time and a continuous plant, the plant is sampled
@@ -69,7 +93,8 @@ def margins(
 
     Returns
     -------
-    Margins
+    Margins or MeasuredMargins
+        `MeasuredMargins` of a measured response.
 
     Raises
     ------
@@ -92,6 +117,8 @@ def margins(
     >>> round(m.phase_deg.value, 3), m.confirmed
     (32.704, True)
     """
+    if isinstance(plant, Response) or is_frd(plant):
+        return _measured(plant, controller, sign, skew, delay)
     check_number(skew, "skew")
     late = check_nonnegative(delay, "delay")
     if isinstance(plant, Loop):
@@ -194,6 +221,25 @@ def hybrid_delay_margin(
     require_stable(nominal)
     fastest = fastest_that_matters(pair.plant, nominal)
     return smallest_delay(with_delay, pair.clocks[1], fastest)
+
+
+def _measured(
+    plant: object,
+    controller: Controller | System | float | None,
+    sign: int | None,
+    skew: float,
+    delay: float,
+) -> MeasuredMargins:
+    if skew:
+        raise InputError(
+            "a measured response has no disk margin", where="skew", remedy="leave it out"
+        )
+    return measured_margins(
+        as_response(plant, "plant"),
+        1.0 if controller is None else controller,
+        sign=sign,
+        delay=delay,
+    )
 
 
 def _has_its_own(where: str) -> InputError:

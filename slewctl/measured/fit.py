@@ -1,4 +1,4 @@
-"""Identification: adjust chosen properties of an arm to its measured frequencies.
+"""Identification: adjust chosen properties of an arm to its measured frequencies, or to more.
 
 The residual of mode k is f_k(p)/f_k − 1.  `Fit` says how well each property is known: its
 covariance is (JᵀΣ⁻¹J)⁻¹, and what the measurements cannot tell apart is found from the null
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -25,52 +26,77 @@ from slewctl.errors import (
 )
 from slewctl.measured.fit_problem import Problem, solve
 from slewctl.measured.fit_result import Estimate, Fit
+from slewctl.measured.fit_rig import fit_rig
+from slewctl.measured.log import Log
+from slewctl.measured.response import Response, as_response, is_frd
+from slewctl.measured.rig_fit_result import RigFit
+from slewctl.measured.undetermined import coupled_groups
 from slewctl.model.adjustable import ADJUSTABLE, Adjustable
 from slewctl.model.assembly import Boundary, check_arm
-from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies
+from slewctl.model.locked import BOUNDARIES, frequencies
+from slewctl.model.locked import Frequencies as Converged
+
+if TYPE_CHECKING:
+    from control import FrequencyResponseData
 
 _DETERMINED = 1e-6  # relative singular value
-_PART = 1e-6  # least squared part in the null space for which a property is named
-_TOGETHER = 0.05  # least coupling, as a cosine, for which two are named together
 _DISCRETISATION = 1e-10  # relative change of the frequencies that needs a larger basis
 _ACCEPTABLE = 1e-6  # relative error of a computed frequency, below that of any measurement
 
-Measurements = Sequence[float] | Mapping[int, float]
+Frequencies = Sequence[float] | Mapping[int, float]
 
 
-@single_threaded
+@overload
+def fit(
+    arm: Arm, measured: Response | Log | FrequencyResponseData, free: Sequence[str]
+) -> RigFit: ...
+@overload
 def fit(
     arm: Arm,
-    measured_frequencies_hz: Measurements,
+    measured: Frequencies,
     free: Sequence[str],
     boundary: Boundary = "hub-locked",
     uncertainty: float | Mapping[int, float] | None = None,
-) -> Fit:
-    """Adjust properties of `arm` to measured natural frequencies, by least squares.
+) -> Fit: ...
+@single_threaded
+def fit(
+    arm: Arm,
+    measured: Response | Log | FrequencyResponseData | Frequencies,
+    free: Sequence[str],
+    boundary: Boundary | None = None,
+    uncertainty: float | Mapping[int, float] | None = None,
+) -> Fit | RigFit:
+    """Adjust properties of `arm` to what was measured of it, by least squares.
 
     Parameters
     ----------
     arm : Arm
         Where to start, and what stays as it is.
-    measured_frequencies_hz : sequence of float, or mapping of mode number to float
-        Hz.  A sequence holds modes 1, 2, …; a mapping such as ``{1: 4.12, 3: 71.0}``
-        leaves modes out.
+    measured : sequence or mapping of float, Response, Log or control.FrequencyResponseData
+        Natural frequencies in Hz: a sequence holds modes 1, 2, …; a mapping such as
+        ``{1: 4.12, 3: 71.0}`` leaves modes out.  A frequency response is fitted in magnitude
+        and phase, weighted by its deviations (where there are any) and from many starts.  A
+        log is fitted as it is, without windows: the lightest mode keeps its damping.
     free : sequence of str
         What to adjust: ``beam.stiffness`` and ``beam.mass`` (factors on the arm's own),
         ``payload.mass``, ``payload.inertia``, ``hub.inertia``, ``hub.radius``,
-        ``joint.stiffness``.
-    boundary : {"hub-locked", "rotor-locked", "free"}
-        Whether the hub was held, or the rotor behind an elastic joint, or nothing.
+        ``joint.stiffness``; to a response or a log also ``hub.friction``, ``damping`` (a factor
+        on all of it) or ``damping.1``, ``damping.2``, … (the ratio of one mode), ``delay`` (s)
+        and ``gain``.
+    boundary : {"hub-locked", "rotor-locked", "free"}, optional
+        Of frequencies: whether the hub was held (so by default), or the rotor behind an elastic
+        joint, or turned freely without torque.
     uncertainty : float or mapping of mode number to float, optional
-        Relative standard deviation of the measurements.  Without it the same one is taken
+        Relative standard deviation of measured frequencies.  Without it the same one is taken
         for all modes and estimated from the residuals, which needs more measurements than
         free properties.
 
     Returns
     -------
-    Fit
+    Fit or RigFit
         The adjusted arm, with standard deviations, correlations and residuals; it says
-        which properties the measurements do not determine.
+        which properties the measurements do not determine.  A `RigFit`, of a response or a log,
+        also has gain, dead time, poles and zeros, and the uncertainty as `variations`.
 
     Raises
     ------
@@ -87,8 +113,35 @@ def fit(
     >>> found = sc.fit(arm, {1: 0.9}, free=["beam.stiffness"])
     >>> round(float(sc.hub_locked_frequencies_hz(found.arm, 1)[0]), 3)
     0.9
+
+    A log, here of a simulated rig:
+
+    >>> rig = sc.Arm(arm.beam, sc.Hub(0.25), damping_ratio=0.01)
+    >>> log = sc.simulated_log(rig, sc.prbs(1500, hold=4, seed=1), 0.02, noise=1e-3)
+    >>> found = sc.fit(arm, log, free=["hub.inertia"])
+    >>> round(found["hub.inertia"].value, 2)
+    0.25
     """
-    problem = _pose(arm, measured_frequencies_hz, free, boundary, uncertainty)
+    if isinstance(measured, Response | Log) or is_frd(measured):
+        if boundary is not None or uncertainty is not None:
+            raise InputError(
+                "boundary and uncertainty are those of measured frequencies",
+                where="fit",
+                remedy="leave them out; a response has deviations of its own",
+            )
+        data = measured if isinstance(measured, Log) else as_response(measured, "fit.measured")
+        return fit_rig(arm, data, free)
+    return _fit_frequencies(arm, measured, free, boundary or "hub-locked", uncertainty)
+
+
+def _fit_frequencies(
+    arm: Arm,
+    measured: object,
+    free: Sequence[str],
+    boundary: Boundary,
+    uncertainty: float | Mapping[int, float] | None,
+) -> Fit:
+    problem = _pose(arm, measured, free, boundary, uncertainty)
     while True:
         coordinates = solve(problem)
         exact = frequencies(problem.arm_at(coordinates), problem.modes[-1], boundary)
@@ -107,7 +160,7 @@ def fit(
 
 def _pose(
     arm: Arm,
-    measured: Measurements,
+    measured: object,
     free: Sequence[str],
     boundary: Boundary,
     uncertainty: float | Mapping[int, float] | None,
@@ -137,7 +190,7 @@ def _pose(
 
 def _by_mode(measured: object) -> dict[int, float]:
     """Return the measured frequencies by increasing mode number."""
-    where = "fit.measured_frequencies_hz"
+    where = "fit.measured"
     if isinstance(measured, Mapping):
         pairs = list(measured.items())
     elif isinstance(measured, Sequence | np.ndarray) and not isinstance(measured, str):
@@ -194,11 +247,11 @@ def _scatter(uncertainty: object, modes: tuple[int, ...]) -> Array | None:
     return np.array([check_positive(uncertainty[mode], f"{where}[{mode}]") for mode in modes])
 
 
-def _residuals(problem: Problem, exact: Frequencies) -> Array:
+def _residuals(problem: Problem, exact: Converged) -> Array:
     return exact.hz[np.array(problem.modes) - 1] / problem.measured_hz - 1
 
 
-def _report(problem: Problem, coordinates: Array, exact: Frequencies) -> Fit:
+def _report(problem: Problem, coordinates: Array, exact: Converged) -> Fit:
     """Judge a solution: scatter, covariance, and what is not determined."""
     residuals = _residuals(problem, exact)
     null_space = problem.null_space(coordinates)
@@ -207,7 +260,7 @@ def _report(problem: Problem, coordinates: Array, exact: Frequencies) -> Fit:
     if scatter is None:
         sigma = float(np.sqrt(np.sum(residuals**2) / spare)) if spare else np.nan
         scatter, factor = np.full(len(residuals), sigma), sigma**2
-    groups = _groups(null_space @ null_space.T)
+    groups = coupled_groups(null_space @ null_space.T)
     lost = [j for group in groups for j in group]
     covariance = factor * _covariance(problem, coordinates)
     covariance[lost, :] = covariance[:, lost] = np.nan
@@ -251,23 +304,3 @@ def _covariance(problem: Problem, coordinates: Array) -> Array:
     inverse = np.linalg.pinv(problem.sensitivity(coordinates), rcond=_DETERMINED)
     slopes = problem.slopes(coordinates) * problem.sizes(coordinates)
     return (inverse @ inverse.T) * np.outer(slopes, slopes)
-
-
-def _groups(projector: Array) -> list[list[int]]:
-    """Return the properties that the null space couples, group by group.
-
-    The projector does not depend on how the null space is spanned; two properties belong
-    together when it couples them.
-    """
-    part = np.diag(projector)
-    coupled = np.abs(projector) > _TOGETHER * np.sqrt(np.outer(part, part))
-    left = [j for j in range(len(projector)) if part[j] > _PART]
-    groups = []
-    while left:
-        group, grown = [left[0]], True
-        while grown:
-            more = [j for j in left if j not in group and coupled[j, group].any()]
-            group, grown = group + more, bool(more)
-        groups.append(sorted(group))
-        left = [j for j in left if j not in group]
-    return groups

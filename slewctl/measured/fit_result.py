@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,7 +46,7 @@ class Estimate:
 
     def __str__(self) -> str:
         if math.isinf(self.standard_deviation):
-            spread = "not determined by these frequencies"
+            spread = "not determined by the measurement"
         elif math.isnan(self.standard_deviation):
             spread = "± unknown"
         else:
@@ -175,11 +175,7 @@ class Fit(Described):
                 remarks.append(f"{group[0]} has no effect on these frequencies")
             else:
                 remarks.append(f"{', '.join(group)} cannot be told apart: fix one of them")
-        correlation = self.correlation
-        for i, j in zip(*np.triu_indices(len(self.estimates), 1), strict=True):
-            if abs(correlation[i, j]) > _STRONG:
-                pair = f"{self.estimates[i].name} and {self.estimates[j].name}"
-                remarks.append(f"{pair} are correlated: {correlation[i, j]:+.3f}")
+        remarks += correlated(self.estimates, self.correlation)
         if not self.uncertainty_given:
             scatter = float(self.uncertainty[0])
             known = f"{scatter:.2g} relative, from the residuals"
@@ -187,3 +183,13 @@ class Fit(Described):
         elif self.degrees_of_freedom:
             remarks.append(f"chance of a worse fit by scatter alone: {self.misfit_probability:.2g}")
         return remarks
+
+
+def correlated(estimates: Sequence[Estimate], correlation: Array) -> list[str]:
+    """Return, in words, which properties are strongly correlated."""
+    return [
+        f"{estimates[i].name} and {estimates[j].name} are correlated: {correlation[i, j]:+.3f}"
+        for i in range(len(estimates))
+        for j in range(i + 1, len(estimates))
+        if abs(correlation[i, j]) > _STRONG
+    ]

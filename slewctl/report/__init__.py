@@ -7,9 +7,16 @@ from slewctl._lazy import attach
 if TYPE_CHECKING:
     from slewctl.report.comparison import write_comparison
     from slewctl.report.export import check_parquet
+    from slewctl.report.identification import write_identification
     from slewctl.report.paper import write_paper
     from slewctl.report.study import write_study
 
-__all__ = ["check_parquet", "write_comparison", "write_paper", "write_study"]
+__all__ = [
+    "check_parquet",
+    "write_comparison",
+    "write_identification",
+    "write_paper",
+    "write_study",
+]
 
 __getattr__, __dir__ = attach(__name__, __file__)

@@ -96,6 +96,8 @@ def test_each_parameter_changes_its_property_alone() -> None:
         "payload_inertia": replace(arm, payload=Payload(0.4, 2.0)),
         "hub_inertia": replace(arm, hub=Hub(2.0, 0.1, 0.2)),
         "hub_friction": replace(arm, hub=Hub(0.5, 0.1, 2.0)),
+        "hub_radius": replace(arm, hub=Hub(0.5, 2.0, 0.2)),
+        "damping_ratio": replace(arm, damping_ratio=0.5),
         "payload_mass_factor": replace(arm, payload=Payload(0.8, 0.01)),
         "hub_inertia_factor": replace(arm, hub=Hub(1.0, 0.1, 0.2)),
         "stiffness_factor": replace(arm, beam=Beam(1.0, 2.0, 6.0)),
@@ -107,7 +109,7 @@ def test_each_parameter_changes_its_property_alone() -> None:
     }
     assert set(expected) == set(CHANGES)
     for name, changed in expected.items():
-        varied = vary(arm, **{name: 2.0})
+        varied = vary(arm, **{name: 0.5 if name == "damping_ratio" else 2.0})
         for field in fields(Arm):
             assert getattr(varied, field.name) == getattr(changed, field.name), (name, field.name)
     internal = replace(arm, damping=KelvinVoigt(1e-3), damping_ratio=0.0)

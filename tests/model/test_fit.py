@@ -219,13 +219,13 @@ def test_result_cannot_be_changed() -> None:
 
 
 REFUSED = [
-    ({"measured_frequencies_hz": [1.0, np.nan]}, "fit.measured_frequencies_hz[2]: nan is not a finite"),
-    ({"measured_frequencies_hz": [-1.0, 2.0]}, "fit.measured_frequencies_hz[1]: -1 is not positive"),
-    ({"measured_frequencies_hz": []}, "fit.measured_frequencies_hz: [] holds no frequencies"),
-    ({"measured_frequencies_hz": 3.0}, "fit.measured_frequencies_hz: 3.0 holds no frequencies"),
-    ({"measured_frequencies_hz": [2.0, 1.0]}, "does not increase with the mode number"),
-    ({"measured_frequencies_hz": {0: 2.0}}, "mode: 0 is not a whole number >= 1"),
-    ({"measured_frequencies_hz": {1.5: 2.0}}, "mode: 1.5 is not a whole number >= 1"),
+    ({"measured": [1.0, np.nan]}, "fit.measured[2]: nan is not a finite"),
+    ({"measured": [-1.0, 2.0]}, "fit.measured[1]: -1 is not positive"),
+    ({"measured": []}, "fit.measured: [] holds no frequencies"),
+    ({"measured": 3.0}, "fit.measured: 3.0 holds no frequencies"),
+    ({"measured": [2.0, 1.0]}, "does not increase with the mode number"),
+    ({"measured": {0: 2.0}}, "mode: 0 is not a whole number >= 1"),
+    ({"measured": {1.5: 2.0}}, "mode: 1.5 is not a whole number >= 1"),
     ({"free": ["payload.mas"]}, "fit.free: unknown name 'payload.mas'; did you mean 'payload.mass'?"),
     ({"free": ["beam.mass"] * 2}, "names one twice"),
     ({"free": []}, "fit.free: [] is not a list of properties"),
@@ -241,7 +241,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("wrong", "message"), REFUSED)
 def test_bad_input_is_refused_in_one_line(wrong: dict[str, object], message: str) -> None:
-    given = {"arm": START, "measured_frequencies_hz": [1.0, 5.0], "free": ["beam.stiffness"]}
+    given = {"arm": START, "measured": [1.0, 5.0], "free": ["beam.stiffness"]}
     with pytest.raises(InputError) as error:
         fit(**(given | wrong))
     assert message in str(error.value)

@@ -1,0 +1,103 @@
+"""The command ``identify``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from slewctl.cli.options import options_named
+from slewctl.cli.terminal import OUT, progress
+from slewctl.design import Controller, given
+from slewctl.errors import InputError
+from slewctl.files import computing_arm, find_arm
+from slewctl.loop import Margins, UnstableLoopError
+from slewctl.loop.margin_functions import margins
+from slewctl.loop.measured_margin_results import MeasuredMargins
+from slewctl.loop.measured_margins import measured_margins
+from slewctl.measured.fit import fit
+from slewctl.measured.log import Log
+from slewctl.measured.read_log import read_log
+from slewctl.measured.read_response import read_response
+from slewctl.measured.response import Response
+from slewctl.measured.rig_fit_result import RigFit
+from slewctl.model import truth
+from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.statespace import Actuator, arm_equations
+
+# A pole this near to zero, over the fastest, is one at zero: those of a rigid body are split so
+# far by rounding.
+_AT_ZERO = 1e-7
+_OPTIONS = {
+    "fit.free": "--free",
+    "columns": "--column",
+    "sample_time": "--sample-time",
+    "counts_per_turn": "--counts",
+}
+
+
+def identify(
+    file: Path,
+    arm: str,
+    free: str,
+    out: Path,
+    *,
+    columns: Sequence[str],
+    response: bool,
+    sample_time: float | None,
+    counts: float | None,
+    controller: Path | None,
+) -> None:
+    """Fit an arm to a log or a response, and write the report."""
+    from slewctl.report import write_identification  # matplotlib is only needed here
+
+    start = find_arm(arm)
+    names = [name.strip() for name in free.split(",") if name.strip()]
+    with options_named(_OPTIONS), progress(3) as step:
+        step("reading")
+        told = dict(_pair(column) for column in columns)
+        measured: Log | Response
+        if response:
+            measured = read_response(file, told, sample_time=sample_time or 0.0)
+        else:
+            measured = read_log(file, told, sample_time=sample_time, counts_per_turn=counts)
+        law = given(file=controller) if controller else None
+        step("fitting")
+        with computing_arm(arm):
+            found = fit(start, measured, names)
+        met = _met(found, law) if law else None
+        step("drawing")
+        page = write_identification(found, out, met)
+    for result in (measured, found, *(met or ())[:1]):
+        for line in str(result).splitlines():
+            OUT.print(line)
+    OUT.print(f"fitted arm: {out / 'fitted.toml'}")
+    OUT.print(f"report: {page}")
+
+
+def _pair(told: str) -> tuple[str, str]:
+    name, equals, column = told.partition("=")
+    if not equals or not name or not column:
+        raise InputError(
+            f"{told!r} maps nothing", where="columns", remedy="write it as theta_deg=enc"
+        )
+    return name, column
+
+
+def _met(found: RigFit, law: Controller) -> tuple[MeasuredMargins, Margins | str]:
+    """Return the margins of a controller on the measured response and on the fitted arm."""
+    response = found.response
+    actuator: Actuator = "voltage" if response.actuator == "voltage" else "torque"
+    plant = arm_equations(truth(found.arm, found.modes), [response.sensor], actuator)
+    poles = np.abs(plant.poles())
+    at_zero = int(np.count_nonzero(poles < _AT_ZERO * poles.max()))
+    on_rig = measured_margins(response, law, poles_at_zero=at_zero)
+    plant = LinearSystem(
+        plant.A, found.gain * plant.B, plant.C, found.gain * plant.D,
+        inputs=plant.input_labels, outputs=plant.output_labels,
+    )  # fmt: skip
+    try:
+        return on_rig, margins(plant, law, delay=found.delay)
+    except UnstableLoopError as error:
+        return on_rig, error.what

@@ -1,0 +1,322 @@
+"""Identification: adjust an arm, with gain and dead time, to a response or to a log."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from slewctl._types import Array
+from slewctl.arm import Arm
+from slewctl.errors import AccuracyError, InputError, SlewctlError
+from slewctl.measured.estimate import estimate_response
+from slewctl.measured.fit_result import Estimate
+from slewctl.measured.log import Log
+from slewctl.measured.record_data import RecordData, Remainder
+from slewctl.measured.response import Response
+from slewctl.measured.response_data import ResponseData, channel_of, highest_seen, thinned
+from slewctl.measured.rig_fit_result import RigFit
+from slewctl.measured.rig_model import modes_for
+from slewctl.measured.rig_parameters import Rig, parameters
+from slewctl.measured.rig_problem import RigProblem
+from slewctl.measured.roots import Root, figures, poles_and_zeros, seen
+from slewctl.measured.undetermined import coupled_groups
+from slewctl.measured.units import unit_of
+from slewctl.model.assembly import check_arm
+
+# A direction is not determined in which a change as large as the properties themselves makes
+# less than this, in standard deviations, or, relative to the best known, less than rounding.
+_VISIBLE, _ROUNDING = 0.3, 1e-6
+# Rounds of fitting and reading the noise from what is left, at most; and the change, in
+# standard deviations, that ends them.
+_ROUNDS, _SETTLED = 8, 0.05
+# Steps of the first descents, how many go on and for how long, and the fall of the squares
+# that ends them.
+_FIRST, _SECONDS, _SECOND, _ROUGH = 6, 2, 40, 1e-3
+# Steps of one round on a record, and the relative fall of the squares that ends the first
+# round and the others.
+_EACH, _COARSE, _FINE = 12, 1e-5, 1e-8
+# Mean cosine of the phase by which measured and fitted response differ: they are opposite.
+_MIRRORED = -0.3
+# Of an encoder's rounding: more noise than this is something else.
+_QUIET = 2.0
+_CLEAR = 5.0  # deviations from which dry friction is there
+_NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
+
+
+def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
+    """Return the fit of `arm` to a response or a log; see `fit`."""
+    check_arm(arm, "fit")
+    log = measured if isinstance(measured, Log) else None
+    if isinstance(measured, Log):
+        response = estimate_response(measured)
+    else:
+        response = measured.at_points(measured.values != 0)  # zero has no logarithm
+    highest = highest_seen(response)
+    found = parameters(arm, free, channel_of(response), highest)
+    data = ResponseData(thinned(response) if log else response, modes_for(arm, highest))
+    if 2 * len(data.response.values) <= len(found):
+        raise InputError(
+            f"{len(found)} free properties but {len(data.response.values)} points",
+            where="fit.free",
+            remedy="free fewer properties or measure at more frequencies",
+        )
+    problem = RigProblem(Rig(arm), found)
+    near = _near(problem, data)
+    _check_sign(problem.rig_at(near), data)
+    if log:
+        solution = _on_record(
+            problem, RecordData(log, data.modes, highest, problem.rig_at(near).delay), near
+        )
+    else:
+        solution = _on_response(problem, data, near)
+    return _result(problem, data, response, log, solution)
+
+
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """Coordinates of least squares, with what says how well they are known.
+
+    Attributes
+    ----------
+    coordinates : ndarray, shape (n,)
+    jacobian : ndarray, shape (m, n)
+        Of residuals in standard deviations.
+    scatter : float
+        What these deviations are multiplied with to be those seen.
+    spare : int
+        Residuals beyond the properties.
+    noise : float
+        Of a log: of an encoder's rounding.
+    dry : tuple of float
+        Of a log of the hub angle: dry friction in the actuator's unit, and its deviation.
+    """
+
+    coordinates: Array
+    jacobian: Array
+    scatter: float
+    spare: int
+    noise: float = np.nan
+    dry: tuple[float, float] = (np.nan, np.nan)
+
+
+def _near(problem: RigProblem, data: ResponseData) -> Array:
+    """Return coordinates near the least squares of a response, from many starts."""
+
+    def residual(x: Array) -> Array:
+        return data.residual(problem.rig_at(x))
+
+    def slopes(x: Array) -> Array:
+        return problem.differences(data.residual, x, residual(x))
+
+    def settle(x: Array) -> Array:
+        x = problem.with_gain(x, data.log_gain(problem.rig_at(x)))
+        return problem.with_phase(x, data.misfit)
+
+    def misfit(x: Array) -> float:
+        return data.misfit(problem.rig_at(x))
+
+    def descended(starts: Sequence[Array], steps: int, tolerance: float) -> list[Array]:
+        """Return where the descents end, nearest first; one that leaves all arms ends nowhere."""
+        ends = []
+        for x in starts:
+            with suppress(SlewctlError):
+                end = problem.descend(
+                    residual, slopes, x, robust=True, steps=steps, tolerance=tolerance
+                )
+                ends.append((misfit(end), end))
+        return [end for _, end in sorted(ends, key=lambda pair: pair[0])]
+
+    starts = problem.starts(data.magnitudes_off, settle)
+    rough = descended(starts, _FIRST, _FINE)
+    best = descended(rough[:_SECONDS], _SECOND, _ROUGH)
+    if not best:
+        raise AccuracyError(
+            "no arm near the one given has such a response",
+            where="fit",
+            remedy="free fewer properties, or start from an arm closer to the measured one",
+        )
+    return best[0]
+
+
+def _check_sign(rig: Rig, data: ResponseData) -> None:
+    """Refuse a sensor or an actuator that is wired the other way round."""
+    # Among the slowest points, where a dead time counts for little.
+    turn = data.ratio(replace(rig, delay=0.0)).imag[: -(-len(data.deviation) // 4)]
+    if np.mean(np.cos(turn)) < _MIRRORED:
+        raise InputError(
+            "the response has the opposite sign of the arm's",
+            where="fit.measured",
+            remedy="turn the sign of the input or of the output",
+        )
+
+
+def _on_response(problem: RigProblem, data: ResponseData, start: Array) -> _Solution:
+    def residual(x: Array) -> Array:
+        return data.residual(problem.rig_at(x))
+
+    def jacobian(x: Array) -> Array:
+        return problem.differences(data.residual, x)
+
+    best = problem.descend(residual, jacobian, start, robust=True, held=data.scatter_known)
+    left = residual(best)
+    spare = max(len(left) - len(best), 1)
+    # Large ones count as the search has counted them.
+    scatter = float(np.sqrt(np.sum(np.minimum(left**2, 9 * np.median(left**2))) / spare))
+    if data.scatter_known:
+        scatter = max(scatter, 1.0)
+    return _Solution(best, jacobian(best), scatter, spare)
+
+
+def _on_record(problem: RigProblem, data: RecordData, start: Array) -> _Solution:
+    """Refine on the log itself, the noise read anew from what is left in every round."""
+    x = start
+    for round_ in range(_ROUNDS):
+        if round_:
+            data.weigh(data.state_part(problem.rig_at(x)))
+        before, x = x, _descend_record(problem, data, x, _FINE if round_ else _COARSE)
+        remainder = data.state_part(problem.rig_at(x))
+        moved = remainder.without(data.errors(problem.rig_at(before))) - remainder.vector
+        if round_ and np.linalg.norm(moved) < _SETTLED * np.sqrt(len(x)):
+            break
+    jacobian = problem.differences(partial(_without_state, data, remainder), x)
+    spare = max(len(remainder.vector) - remainder.taken - len(x), 1)
+    scatter = float(np.sqrt(remainder.vector @ remainder.vector / spare))
+    return _Solution(x, jacobian, scatter, spare, data.times_rounding, data.dry_friction(remainder))
+
+
+def _without_state(data: RecordData, remainder: Remainder, rig: Rig) -> Array:
+    """Return what is left at a rig, with a state that gained as much as at the one before.
+
+    Its derivative is that of what is left with the state eliminated, but for a term of second
+    order in the noise (L. Kaufman, BIT 15 (1975) 49–57).
+    """
+    return remainder.without(data.errors(rig, remainder.gained))
+
+
+def _descend_record(problem: RigProblem, data: RecordData, start: Array, tolerance: float) -> Array:
+    kept: dict[bytes, Remainder] = {}
+
+    def part(x: Array) -> Remainder:
+        key = x.tobytes()
+        if key not in kept:
+            kept.clear()
+            kept[key] = data.state_part(problem.rig_at(x))
+        return kept[key]
+
+    def jacobian(x: Array) -> Array:
+        remainder = part(x)
+        of = partial(_without_state, data, remainder)
+        return problem.differences(of, x, remainder.vector)
+
+    return problem.descend(
+        lambda x: part(x).vector, jacobian, start, robust=False, steps=_EACH, tolerance=tolerance
+    )
+
+
+def _result(
+    problem: RigProblem,
+    data: ResponseData,
+    response: Response,
+    log: Log | None,
+    solution: _Solution,
+) -> RigFit:
+    x = solution.coordinates
+    sizes = np.where(problem.logarithmic, 1.0, np.maximum(x, 1.0))
+    _, singular, rows = np.linalg.svd(solution.jacobian * sizes, full_matrices=False)
+    least = max(_VISIBLE * solution.scatter, _ROUNDING * singular[0])
+    null = rows[singular <= least]
+    groups = coupled_groups(null.T @ null)
+    lost = [j for group in groups for j in group]
+    inverse = np.linalg.pinv(solution.jacobian * sizes, rcond=least / singular[0])
+    inner = solution.scatter**2 * (inverse @ inverse.T) * np.outer(sizes, sizes)
+    slopes = problem.slopes(x)
+    covariance = inner * np.outer(slopes, slopes)
+    covariance[lost, :] = covariance[:, lost] = np.nan
+    spread = np.sqrt(np.diag(covariance))
+    spread[lost] = np.inf
+    values = problem.values(x)
+    estimates = tuple(
+        Estimate(
+            each.name, each.unit, each.start, float(values[j]), float(spread[j]),
+            bool(not each.positive and x[j] == 0),
+        )
+        for j, each in enumerate(problem.free)
+    )  # fmt: skip
+    rig = problem.rig_at(x)
+    fit = RigFit(
+        rig.arm,
+        rig.gain,
+        rig.delay,
+        response,
+        data.modes.count,
+        estimates,
+        tuple(each.of_arm for each in problem.free),
+        tuple(each.positive for each in problem.free),
+        covariance,
+        tuple(tuple(problem.free[j].name for j in group) for group in groups),
+        solution.scatter,
+        solution.spare,
+        _roots(problem, data, response, x, inner),
+        log,
+        (),
+    )
+    return replace(fit, remarks=tuple(_remarks(fit, data, solution)))
+
+
+def _roots(
+    problem: RigProblem, data: ResponseData, response: Response, x: Array, covariance: Array
+) -> tuple[Root, ...]:
+    """Return poles and zeros that the response shows, with deviations that the fit gives them."""
+    highest = highest_seen(response)
+    found: list[Root] = []
+    for place, kind in enumerate(("pole", "zero")):
+
+        def told(rig: Rig, place: int = place) -> Array:
+            return figures(poles_and_zeros(rig, data.channel, data.modes)[place])
+
+        here = told(problem.rig_at(x))
+        slopes = problem.differences(told, x)
+        deviation = np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
+        half = len(here) // 2
+        for k in range(half):
+            if here[k] > highest:
+                break
+            measured = seen(response, float(here[k]), kind)
+            found.append(
+                Root(
+                    kind, float(here[k]), float(deviation[k]),
+                    float(here[half + k]), float(deviation[half + k]), *measured,
+                )
+            )  # fmt: skip
+    return tuple(found)
+
+
+def _remarks(fit: RigFit, data: ResponseData, solution: _Solution) -> list[str]:
+    told = [
+        f"{each.name} is hardly determined: its deviation is {each.standard_deviation / size:.0%} "
+        "of it"
+        for each in fit.estimates
+        if (size := max(each.value, 1e-300))
+        and np.isfinite(each.standard_deviation)
+        and each.standard_deviation > size / 2
+    ]
+    if fit.log is None and data.scatter_known and fit.scatter > _NOT_CLOSE:
+        told.append(
+            f"the residuals are {fit.scatter:.2g} times what the coherence allows: the model, or "
+            "a resonance narrower than the resolution, is off; intervals are widened by it"
+        )
+    if fit.log is None and not data.scatter_known:
+        told.append(f"scatter: {fit.scatter:.2g} relative, from the residuals")
+    dry, deviation = solution.dry
+    if dry > _CLEAR * deviation:
+        told.append(
+            f"dry friction of about {dry:.2g} {unit_of(data.channel.actuator)} at the hub is told "
+            "apart by the sign of its rate; with it the intervals are optimistic"
+        )
+    if solution.noise > _QUIET:
+        told.append(f"the noise is {solution.noise:.2g} times an encoder's rounding")
+    return told

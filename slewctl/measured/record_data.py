@@ -1,0 +1,237 @@
+"""A log as least squares, whole and without windows.
+
+In the discrete Fourier transform over the record, Y = G U + C(zI − Φ)⁻¹z δ + noise holds
+exactly, where δ = x(0) − x(N) is what the state gained over the record: nothing leaks, however
+light a mode.  δ is eliminated, linear as it is, and so is dry friction at the hub, an input that
+a measured hub angle tells but for its size.  What is left is divided by the spectrum of the
+noise, which is read from the residual itself.  That is the prediction error method with a
+free noise model; with white or coloured noise at the output it is right in closed loop too.
+(L. Ljung, System Identification, 2nd ed., 1999, chapters 7 and 13; R. Pintelon and
+J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, chapter 6.)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import qr
+from scipy.special import digamma
+
+from slewctl._types import Array, ComplexArray, IntArray
+from slewctl.measured.estimate import noise_power
+from slewctl.measured.log import Log
+from slewctl.measured.response_data import channel_of
+from slewctl.measured.rig_model import HeldRig, Modes, equations
+from slewctl.measured.rig_parameters import Rig
+from slewctl.numerics.linear_system import LinearSystem
+
+# Longest dead time: in samples, or over what it is at first.
+_LATE, _LONGER = 40, 2
+# Bins that are all taken, and how far above what a log shows more of them are.
+_MANY, _ABOVE = 12_000, 1.5
+# Bins on either side over which the noise is averaged: few where it may be steep.
+_WIDEST, _NARROWEST = 40, 10
+_FEW = 2
+# Mean of the logarithm of the mean of so few exponential variables, with a minus.
+_LOG_OF_FEW = float(np.log(2 * _FEW + 1) - digamma(2 * _FEW + 1))
+# Relative size of a direction in which the state's part does not count.
+_DEPENDENT = 1e-12
+
+
+class RecordData:
+    """The transforms of a log, the spectrum of its noise, and residuals of unit variance.
+
+    Parameters
+    ----------
+    log : Log
+    modes : Modes
+        Of the model.
+    highest_hz : float, optional
+        Up to where the log shows the arm: of a long log nothing far above it is taken.
+    delay : float
+        About what the dead time is in s; twice of it can be told.
+    """
+
+    def __init__(
+        self, log: Log, modes: Modes, highest_hz: float = np.inf, delay: float = 0.0
+    ) -> None:
+        self.modes = modes
+        self.channel = channel_of(log)
+        # What was held before the record is not known: it begins where that has passed.
+        longest = _LONGER * int(delay / log.sample_time)
+        self.late = min(max(_LATE, longest), log.samples // 4)
+        self.count = log.samples - self.late - 1
+        bins = np.arange(1, (self.count + 1) // 2)
+        if len(bins) > _MANY:
+            last = _ABOVE * highest_hz * self.count * log.sample_time
+            bins = bins[: max(_MANY, int(min(last, len(bins))))]
+        self.omega: Array = np.asarray(2 * np.pi * bins / (self.count * log.sample_time))
+        self.z = np.exp(1j * self.omega * log.sample_time)
+        self._u = log.input
+        self._rounding = log.resolution / np.sqrt(12)
+        self._inputs: dict[int, ComplexArray] = {}
+        self._bins = bins
+        self.Y = self._transform(log.output[self.late + 1 :])
+        # Dry friction has the sign of the rate from each sample to the next.
+        rates = np.sign(np.diff(log.output, append=log.output[-1]))
+        turns = log.sensor == "theta"
+        self._rubs = self._transform(rates[self.late + 1 :]) if turns else None
+        self.weight: Array = 1 / np.sqrt(noise_power(log, self.omega))
+
+    def _transform(self, column: Array) -> ComplexArray:
+        return np.asarray(np.fft.rfft(column)[self._bins] / np.sqrt(self.count))
+
+    def _delayed(self, samples: int) -> ComplexArray:
+        """Return the transform of the input so many samples before."""
+        if samples not in self._inputs:
+            first = self.late + 1 - samples
+            self._inputs[samples] = self._transform(self._u[first : first + self.count])
+        return self._inputs[samples]
+
+    def errors(self, rig: Rig, gained: Array | float = 0.0) -> ComplexArray:
+        """Return Y − G U at each bin, less the part of a state that gained so much."""
+        system, held = self._held(rig)
+        rows = held.rows(self.omega)
+        found = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
+        if isinstance(gained, float):
+            return found
+        return found - self._columns(system, rows) @ gained
+
+    def _columns(self, system: LinearSystem, rows: ComplexArray) -> ComplexArray:
+        """Return what a state that gains one gives at each bin, and what dry friction of one."""
+        state = rows * self.z[:, None]
+        if self._rubs is None:
+            return state
+        at_once = HeldRig.of(system, self.channel.sample_time).now
+        return np.column_stack([state, -(rows @ at_once) * self._rubs])
+
+    def _errors(
+        self, held: HeldRig, rows: ComplexArray, through: float, gain: float
+    ) -> ComplexArray:
+        d = min(held.whole, self.late - 1)
+        now, before = self._delayed(d), self._delayed(d + 1)
+        found = (rows @ held.now) * now + (rows @ held.before) * before
+        found = found + through * (before if held.part else now)
+        return self.Y - gain * found
+
+    def _held(self, rig: Rig) -> tuple[LinearSystem, HeldRig]:
+        system = equations(rig.arm, self.channel.actuator, (self.channel.sensor,), self.modes)
+        return system, HeldRig.of(system, self.channel.sample_time, rig.delay)
+
+    def state_part(self, rig: Rig) -> Remainder:
+        """Return the projection that takes the state's part out at a rig, with its errors."""
+        system, held = self._held(rig)
+        rows = held.rows(self.omega)
+        errors = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
+        return Remainder(errors, self._columns(system, rows), self.weight)
+
+    def dry_friction(self, remainder: Remainder) -> tuple[float, float]:
+        """Return the dry friction that a log of the hub angle shows, with its deviation.
+
+        In the actuator's unit; NaN of another sensor's log.
+        """
+        if self._rubs is None:
+            return float("nan"), float("nan")
+        return float(remainder.gained[-1]), float(remainder.deviation[-1])
+
+    @property
+    def times_rounding(self) -> float:
+        """How many times an encoder's rounding the noise is, in the median; NaN without one."""
+        if not self._rounding:
+            return float("nan")
+        return float(np.sqrt(np.median(1 / self.weight**2))) / self._rounding
+
+    def weigh(self, remainder: Remainder) -> None:
+        """Take the spectrum of the noise from what is left at a rig."""
+        self.weight = 1 / np.sqrt(smooth(np.abs(remainder.left) ** 2, remainder.free))
+
+
+class Remainder:
+    """What is left of the errors without the state's part.
+
+    Parameters
+    ----------
+    errors : ndarray, shape (k,)
+    columns : ndarray, shape (k, n)
+        Of the state.
+    weight : ndarray, shape (k,)
+        One over the noise's deviation.
+
+    Attributes
+    ----------
+    vector : ndarray, shape (2k,)
+        What is left, in deviations of the noise.
+    gained, deviation : ndarray, shape (n,)
+        What the state gained over the record, δ, and dry friction, with their deviations.
+    """
+
+    def __init__(self, errors: ComplexArray, columns: ComplexArray, weight: Array) -> None:
+        self.weight = weight
+        weighted = _real(columns * weight[:, None])
+        size = np.linalg.norm(weighted, axis=0)
+        weighted = weighted / np.where(size > 0, size, 1.0)
+        Q, R = qr(weighted, mode="economic")
+        left, values, right = np.linalg.svd(R)
+        kept = values > _DEPENDENT * values[0]
+        # Orthonormal: the state's part can be nothing else than a sum of these.
+        self.basis: Array = Q @ left[:, kept]
+        self.vector = self.without(errors)
+        part = self.basis.T @ _real((errors * weight)[:, None])[:, 0]
+        sizes = np.where(size > 0, size, 1.0)
+        self.gained = right[kept].T @ (part / values[kept]) / sizes
+        self.deviation = np.linalg.norm(right[kept].T / values[kept], axis=1) / sizes
+
+    def without(self, errors: ComplexArray) -> Array:
+        """Return errors in deviations of the noise, real, without the state's part, (2k,)."""
+        weighted = _real((errors * self.weight)[:, None])[:, 0]
+        return np.asarray(weighted - self.basis @ (self.basis.T @ weighted))
+
+    @property
+    def left(self) -> ComplexArray:
+        """The errors that are left at each bin, not weighted."""
+        half = len(self.weight)
+        parts = self.vector[:half] + 1j * self.vector[half:]
+        return np.asarray(parts / (np.sqrt(2) * self.weight))
+
+    @property
+    def free(self) -> Array:
+        """Which part of the noise's power the state's part leaves at each bin, shape (k,)."""
+        taken = np.sum(self.basis**2, axis=1)
+        half = len(self.weight)
+        return np.asarray(1 - (taken[:half] + taken[half:]) / 2)
+
+    @property
+    def taken(self) -> int:
+        """How many real numbers the state's part has."""
+        return self.basis.shape[1]
+
+
+def _real(columns: ComplexArray) -> Array:
+    """Return real and imaginary parts one below the other; equal parts of the noise's power."""
+    return np.asarray(np.sqrt(2) * np.concatenate([columns.real, columns.imag]))
+
+
+def smooth(power: Array, free: Array | float = 1.0) -> Array:
+    """Return a spectrum of noise from a periodogram of what is left.
+
+    A few bins are averaged, and the logarithm of that over more of them: neither does a line or
+    a steep slope spill over, nor do single bins without power count for much.
+
+    Parameters
+    ----------
+    power : ndarray, shape (k,)
+    free : ndarray, shape (k,)
+        Which part of the noise's power is left at each bin, 0 to 1.
+    """
+    left = np.maximum(free + np.zeros(len(power)), 1 / (2 * _FEW + 1))
+    few = _running(power, np.full(len(power), _FEW)) / _running(left, np.full(len(power), _FEW))
+    log = np.log(np.maximum(few, np.finfo(float).tiny)) + _LOG_OF_FEW
+    half = np.clip(np.arange(len(log), dtype=int) // 2, _NARROWEST, _WIDEST)
+    return np.asarray(np.exp(_running(log, half)))
+
+
+def _running(values: Array, half: IntArray) -> Array:
+    """Return the mean over so many values on either side, of fewer at the ends."""
+    reached = np.concatenate([[0.0], np.cumsum(values)])
+    k = np.arange(len(values))
+    low, high = np.maximum(k - half, 0), np.minimum(k + half + 1, len(values))
+    return np.asarray((reached[high] - reached[low]) / (high - low))

@@ -1,0 +1,143 @@
+"""Margins on measured responses beside those of the model that the response was computed of."""
+
+from __future__ import annotations
+
+import control as ct
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import slewctl as sc
+
+ARM = sc.Arm(sc.Beam(0.6, 0.4, 0.5), sc.Hub(0.01, friction=0.02), damping_ratio=0.02)
+PLANT = sc.state_space(sc.truth(ARM, 6), ["theta"], coordinates="modal")
+HZ = np.geomspace(0.02, 100, 2000)
+
+
+def response(system: object, hz: np.ndarray = HZ) -> sc.Response:
+    points = 2j * np.pi * hz
+    step = float(system.dt or 0)  # type: ignore[attr-defined]
+    points = np.exp(points * step) if step else points
+    return sc.Response(hz, np.array([system(s) for s in points]), sample_time=step)  # type: ignore[operator]
+
+
+MEASURED = response(PLANT)
+
+
+def pid(kp: float, kd: float, ki: float, filter_hz: float) -> ct.TransferFunction:
+    s = ct.tf("s")
+    return kp + ki / s + kd * s / (1 + s / (2 * np.pi * filter_hz))
+
+
+@given(
+    st.floats(-2, 2), st.floats(-2, 1), st.booleans(), st.floats(1, 100), st.floats(0, 0.02)
+)  # fmt: skip
+@settings(max_examples=15)
+def test_margins_and_stability_are_those_of_the_model(
+    kp: float, kd: float, integral: bool, filter_hz: float, delay: float
+) -> None:
+    law = pid(0.1 * 10**kp, 0.05 * 10**kd, 0.05 if integral else 0.0, filter_hz)
+    found = sc.margins(MEASURED, law, delay=delay)
+    assert isinstance(found, sc.MeasuredMargins)
+    try:
+        exact = sc.margins(PLANT, law, delay=delay)
+    except sc.UnstableLoopError:
+        assert found.stable is not True
+        return
+    assume(exact.modulus.value > 1e-3)
+    assert found.stable is not False
+    if exact.modulus.value > 0.02 and not found.doubts:
+        assert found.stable
+    for name in ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus"):
+        margin, true = getattr(found, name), getattr(exact, name).value
+        where = getattr(exact, name).frequency_hz
+        if where is not None and HZ[0] < where < HZ[-1]:
+            assert margin.low * (1 - 2e-3) <= true <= margin.high * (1 + 2e-3), name
+            assert margin.value == pytest.approx(true, rel=2e-2, abs=2e-3), name
+        assert margin.low <= margin.value <= margin.high, name
+
+
+@pytest.mark.parametrize(
+    ("system", "unstable", "stable"),
+    [
+        (ct.tf([2], [1, -1]), 1, True),
+        (ct.tf([0.5], [1, -1]), 1, False),
+        (ct.tf([1, 1], [1, 0, 0]), 0, True),
+        (ct.tf([1], [1, 1, 0, 0]), 0, False),
+        (ct.tf([1, 2, 1], [1, 0, 0, 0]) * 3, 0, True),
+        (ct.tf([1, 2, 1], [1, 0, 0, 0]) * 0.1, 0, False),
+        (ct.tf([-0.5], [1, 1]), 0, True),
+        (ct.tf([-2.0], [1, 1]), 0, False),
+        (ct.tf([-1.0], [1, 1, 0]), 0, False),
+        (ct.tf([9.0], [1, 3, 3, 1]), 0, False),
+        (ct.tf([0.02], [1, -1], 0.01) * ct.tf([1], [1, -0.5], 0.01), 0, True),
+        (ct.tf([0.6], [1, -1], 0.01) * ct.tf([1], [1, -0.5], 0.01), 0, False),
+    ],
+)
+def test_encirclements_count_what_the_poles_say(
+    system: ct.TransferFunction, unstable: int, stable: bool
+) -> None:
+    radius = np.abs(ct.feedback(system, 1).poles())
+    poles = np.log(radius) if system.dt else ct.feedback(system, 1).poles().real
+    assert (poles.max() < 0) == stable
+    hz = np.geomspace(1e-3, 49.9 if system.dt else 1e3, 800)
+    order = int(np.sum(np.abs(system.poles() - (1 if system.dt else 0)) < 1e-4))
+    known = {"unstable_poles": unstable, "poles_at_zero": order}
+    found = sc.measured_margins(response(system, hz), 1.0, **known)
+    assert found.stable is stable
+    count = int(np.sum(poles > 0))
+    assert found.encirclements == count - unstable
+    if system.dt == 0 and order:  # the controller's integrators are known without being told
+        bare = ct.minreal(system * ct.tf([1, 0], [1]), verbose=False)
+        again = sc.measured_margins(
+            response(bare, hz), ct.tf([1], [1, 0]), unstable_poles=unstable, poles_at_zero=order - 1
+        )
+        assert again.stable is stable
+
+
+def test_coarse_points_leave_more_open_and_never_lie() -> None:
+    law = pid(0.3, 0.1, 0.0, 20.0)
+    exact = sc.margins(PLANT, law).modulus.value
+    width = []
+    for count in (1000, 200, 60):
+        hz = np.geomspace(0.05, 100, count)
+        found = sc.margins(response(PLANT, hz), law)
+        width.append(found.modulus.high - found.modulus.low)
+        assert found.stable is not False
+        if count > 60:
+            assert found.modulus.low <= exact <= found.modulus.high
+    assert width[0] < width[1]
+
+
+def test_noise_widens_the_interval_and_the_truth_is_in_it() -> None:
+    law = sc.given(
+        pid={"kp": 0.3, "kd": 0.1, "filter_hz": 20.0}, sample_time=0.01, discretise="tustin"
+    )
+    exact = sc.margins(PLANT, law)
+    u = sc.prbs(6000, amplitude=0.2, hold=2, seed=2)
+    widths = []
+    for noise in (1e-4, 3e-3):
+        log = sc.simulated_log(ARM, u, 0.01, modes=6, noise=noise)
+        found = sc.margins(sc.estimate_response(log, segment_s=10.0), law)
+        assert found.modulus.low <= exact.modulus.value <= found.modulus.high
+        assert found.phase_deg.low <= exact.phase_deg.value * 1.01
+        assert "measured" in str(found)
+        assert len(found.assumptions) >= 5
+        widths.append(found.modulus.high - found.modulus.low)
+    assert widths[1] > widths[0]
+
+
+def test_what_was_not_measured_is_refused() -> None:
+    sampled = response(PLANT.sample(0.02), HZ[HZ < 24])
+    tip = ct.ss([], [], [], [[1.0]], inputs=["tip"], outputs=["torque"])
+    for plant, law, expected in (
+        (sampled, pid(1, 1, 0, 10), "has the clock 0.02 s, the controller 0 s"),
+        (MEASURED, tip, "it has the signal tip; measured is theta"),
+        (MEASURED, ct.tf([1], [1, 1], 0.1), "beyond half of the controller's clock"),
+        (MEASURED.at_points([0, 5]), 1.0, "2 points"),
+    ):
+        with pytest.raises(sc.InputError, match=expected):
+            sc.margins(plant, law)
+    with pytest.raises(sc.InputError, match="no disk margin"):
+        sc.margins(MEASURED, 1.0, skew=1.0)  # type: ignore[call-overload]

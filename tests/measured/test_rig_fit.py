@@ -1,0 +1,224 @@
+"""Fits to responses and logs: what they find, how well, and what they say of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import control as ct
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import chi2
+
+import slewctl as sc
+from slewctl.files import read_design
+from slewctl.measured import rig_problem
+from slewctl.measured.ellipsoid import ellipsoid_ends
+from slewctl.measured.fit_rig import _without_state
+from slewctl.measured.record_data import RecordData, smooth
+from slewctl.measured.response_data import ResponseData, rig_response
+from slewctl.measured.rig_model import Channel, Modes, modes_for
+from slewctl.measured.rig_parameters import Rig, parameters
+from slewctl.measured.rig_problem import RigProblem
+
+T = 0.01
+NOMINAL = sc.Arm(sc.Beam(0.6, 0.4, 0.5), sc.Hub(0.01, friction=0.01), damping_ratio=0.01)
+TRUE = sc.vary(
+    NOMINAL,
+    stiffness_factor=1.35,
+    hub_inertia=0.014,
+    hub_friction=0.02,
+    damping_ratio=[0.006, 0.01],
+)
+RIG = Rig(TRUE, 0.85, 0.017)
+FREE = ["beam.stiffness", "hub.inertia", "hub.friction", "damping.1", "delay", "gain"]
+EXPECTED = dict(zip(FREE, (1.35, 0.014, 0.02, 0.006, 0.017, 0.85), strict=True))
+
+
+def exact(sample_time: float, sensor: str = "theta") -> sc.Response:
+    hz = np.linspace(0.3, 40, 150)
+    values = rig_response(
+        RIG, Channel("torque", sensor, sample_time), modes_for(NOMINAL, 40.0), 2 * np.pi * hz
+    )
+    return sc.Response(hz, values, sample_time=sample_time, sensor=sensor)
+
+
+MEASURED = exact(T)
+
+
+def record(seed: int = 1, samples: int = 3000, **options: object) -> sc.Log:
+    u = sc.prbs(samples, amplitude=0.2, hold=2, seed=seed)
+    return sc.simulated_log(TRUE, u, T, gain=RIG.gain, delay=RIG.delay, seed=seed, **options)  # type: ignore[arg-type]
+
+
+def test_an_exact_response_gives_the_rig_back() -> None:
+    measured = exact(T, "tip")
+    found = sc.fit(NOMINAL, measured, FREE)
+    for name, value in EXPECTED.items():
+        assert found[name].value == pytest.approx(value, rel=1e-5), name
+    assert found.undetermined == ()
+    np.testing.assert_allclose(found.computed(), measured.values, rtol=1e-4)
+    for root in found.roots:
+        if root.frequency_hz < 20 and np.isfinite(root.measured_hz):
+            assert root.measured_hz == pytest.approx(root.frequency_hz, rel=2e-2)
+
+
+def test_a_record_is_explained_to_rounding_by_the_rig_that_made_it() -> None:
+    for options in ({}, {"sensor": "root_moment"}, {"feedback": ([0.5, -0.45], [1.0, -0.5])}):
+        data = RecordData(record(samples=1500, **options), Modes(20))
+        data.weight = np.ones(len(data.omega))  # there is no noise to be read
+        whole = np.linalg.norm(data.Y)
+        assert np.linalg.norm(data.errors(RIG)) > 1e-3 * whole  # the state's part leaks
+        assert np.linalg.norm(data.state_part(RIG).left) < 1e-7 * whole
+        wrong = replace(RIG, delay=RIG.delay + 0.1 * T)
+        assert np.linalg.norm(data.state_part(wrong).left) > 1e-4 * whole
+
+
+def test_the_gradient_is_that_of_what_is_left_with_the_state_eliminated() -> None:
+    data = RecordData(record(samples=1500, noise=2e-3), modes_for(NOMINAL, 40.0))
+    free = parameters(NOMINAL, FREE, data.channel, 40.0)
+    problem = RigProblem(Rig(NOMINAL), free)
+    values = np.array([value * 1.02 for value in EXPECTED.values()])
+    scales = np.array([each.scale for each in free])
+    here = np.where(problem.logarithmic, np.log(values), values / scales)
+
+    def cost(x: np.ndarray) -> float:
+        vector = data.state_part(problem.rig_at(x)).vector
+        return 0.5 * float(vector @ vector)
+
+    remainder = data.state_part(problem.rig_at(here))
+    slopes = problem.differences(partial(_without_state, data, remainder), here)
+    gradient = slopes.T @ remainder.vector
+    steps = 1e-5 * np.eye(len(here))
+    expected = np.array([(cost(here + h) - cost(here - h)) / 2e-5 for h in steps])
+    np.testing.assert_allclose(gradient, expected, rtol=2e-3, atol=1e-4 * abs(expected).max())
+
+
+def test_the_spectrum_of_noise_is_found_steep_or_flat() -> None:
+    rng = np.random.default_rng(1)
+    shape = 1e3 / np.arange(1, 3001) ** 2.0 + 1e-3
+    power = shape * rng.exponential(size=3000)
+    found = smooth(power)
+    assert np.mean(np.log(found / shape)[20:]) == pytest.approx(0, abs=0.05)
+    assert np.std(np.log(found / shape)[200:]) < 0.25
+
+
+@pytest.fixture(scope="module")
+def fitted() -> sc.RigFit:
+    log = record(noise=2e-3, counts_per_turn=4096)
+    found = sc.fit(NOMINAL, log, FREE)
+    assert isinstance(found, sc.RigFit)
+    return found
+
+
+def test_a_log_gives_the_rig_within_its_intervals(fitted: sc.RigFit) -> None:
+    for name, value in EXPECTED.items():
+        low, high = fitted.interval(name, 0.999)
+        assert low <= value <= high, name
+    assert fitted["damping.1"].standard_deviation < 0.1 * 0.006
+    assert fitted["beam.stiffness"].standard_deviation < 2e-3
+    assert fitted.scatter == pytest.approx(1, abs=0.05)
+    # The window of the estimate is wider than the resonance, and the log's fit is not misled.
+    first = fitted.roots[0]
+    assert first.kind == "pole"
+    assert first.frequency_hz == pytest.approx(sc.truth(TRUE, 1).frequencies_hz[0], rel=2e-3)
+    assert "with 95 %" in str(fitted)
+
+
+def test_what_was_found_becomes_a_design_file(fitted: sc.RigFit, tmp_path: Path) -> None:
+    variations = fitted.variations()
+    assert len(variations) == 2 * 4  # delay and gain are not the arm's
+    path = tmp_path / "fitted.toml"
+    text = fitted.to_toml(
+        model={"basis": "arm-matched", "n": 2},
+        controller={"method": "given", "pid": {"kp": 1.0, "kd": 0.2, "filter_hz": 20.0}},
+        requirements={"gain_margin_db": 3.0},
+        variations=variations,
+    )
+    path.write_text(text, encoding="utf-8")
+    design = read_design(path)
+    assert design.case.arm == fitted.arm
+    for name, keys in variations.items():
+        (found,) = [each for each in design.variations if each.name == name]
+        assert found.arm == sc.vary(fitted.arm, **keys)
+    stiffness = [keys["stiffness_factor"] for keys in variations.values()]
+    assert min(stiffness) < 1 < max(stiffness)
+
+
+@given(st.integers(0, 10**6), st.integers(1, 5))
+@settings(max_examples=20)
+def test_the_ends_lie_on_the_ellipsoid_in_any_unit(seed: int, p: int) -> None:
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(p, p))
+    covariance, values = root @ root.T + 0.1 * np.eye(p), 1e3 + np.zeros(p)
+    log = np.zeros(p, dtype=bool)
+    ends = ellipsoid_ends(values, covariance, log, 0.95) - values
+    assert ends.shape == (2 * p, p)
+    distance = np.einsum("ij,jk,ik->i", ends, np.linalg.inv(covariance), ends)
+    np.testing.assert_allclose(distance, chi2.ppf(0.95, p), rtol=1e-6)
+    unit = np.exp(rng.normal(size=p))
+    scaled = ellipsoid_ends(values * unit, covariance * np.outer(unit, unit), log, 0.95)
+    np.testing.assert_allclose(scaled, (ends + values) * unit, rtol=1e-9)
+
+
+@given(st.lists(st.floats(-0.5, 0.5), min_size=5, max_size=5))
+@settings(max_examples=10)
+def test_units_of_torque_change_nothing(turns: list[float]) -> None:
+    in_milli = sc.Arm(sc.Beam(0.6, 400.0, 500.0), sc.Hub(10.0, friction=10.0), damping_ratio=0.01)
+    names = [name for name in FREE if name != "delay"]
+    vectors, starts = [], []
+    for arm, unit in ((NOMINAL, 1.0), (in_milli, 1e-3)):
+        measured = replace(MEASURED, values=MEASURED.values * unit)
+        data = ResponseData(measured, modes_for(arm, 40.0))
+        problem = RigProblem(Rig(arm), parameters(arm, names, data.channel, 40.0))
+        own = problem.start()
+        starts.append(np.exp(own) / problem.values(own))
+        vectors.append(data.residual(problem.rig_at(own + turns)))
+    np.testing.assert_allclose(starts[0], starts[1])
+    np.testing.assert_allclose(vectors[0], vectors[1], rtol=1e-6, atol=1e-6)
+
+
+def test_what_cannot_be_told_apart_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rig_problem, "_STARTS", 1)  # it starts where it should end
+    measured = MEASURED
+    scaled = ["beam.stiffness", "beam.mass", "hub.inertia", "hub.friction", "gain"]
+    both = sc.fit(TRUE, measured, [*scaled, "delay"])
+    assert both.undetermined == (tuple(scaled),)
+    assert both.delay == pytest.approx(RIG.delay, rel=1e-4)
+    assert "cannot be told apart" in str(both)
+    with pytest.raises(sc.InputError, match="is not determined"):
+        both.variations()
+
+
+def test_wrong_fits_are_refused() -> None:
+    measured = MEASURED
+    for free, expected in (
+        (["beam.stiffnes"], "did you mean 'beam.stiffness'"),
+        ([], "is not a list of properties"),
+        (["gain", "gain"], "names one twice"),
+        (["damping", "damping.2"], "as a whole and mode by mode"),
+    ):
+        with pytest.raises(sc.InputError, match=expected):
+            sc.fit(NOMINAL, measured, free)
+    with pytest.raises(sc.InputError, match="the opposite sign"):
+        sc.fit(TRUE, replace(measured, values=-measured.values), ["gain", "delay"])
+    with pytest.raises(sc.InputError, match="20 samples make no spectrum"):
+        sc.fit(NOMINAL, sc.Log(T, [0.0, 1.0] * 10, [0.0] * 20), ["gain"])
+    undamped = replace(NOMINAL, damping_ratio=0.0)
+    with pytest.raises(sc.InputError, match="no damping to multiply"):
+        sc.fit(undamped, measured, ["damping"])
+    with pytest.raises(sc.InputError, match="those of measured frequencies"):
+        sc.fit(NOMINAL, measured, ["gain"], boundary="free")  # type: ignore[call-overload]
+    with pytest.raises(sc.InputError, match="has no motor"):
+        sc.fit(NOMINAL, replace(measured, actuator="voltage"), ["gain"])
+
+
+def test_python_controls_data_are_fitted() -> None:
+    measured = exact(0.0)
+    frd = ct.FrequencyResponseData(measured.values, measured.omega)
+    found = sc.fit(TRUE, frd, ["gain", "delay"])
+    assert found.gain == pytest.approx(0.85, rel=1e-6)
+    assert found.delay == pytest.approx(0.017, rel=1e-5)
