@@ -29,6 +29,10 @@ _CURVE_LENGTH = 50
 _CURVE_DIGITS = 5
 
 
+# Of a small object in JSON.
+_LINE = 200
+
+
 def to_plain(value: Any) -> Any:
     """Return `value` as JSON knows it.
 
@@ -80,15 +84,25 @@ def json_text(value: Any) -> str:
 
 
 def _indented(value: Any, margin: str = "") -> str:
-    """Return JSON with an object's keys, and lists of objects, on lines of their own."""
+    """Return JSON with an object's keys, and lists of objects, on lines of their own.
+
+    Small objects of nothing but single values take one line.
+    """
     inner = margin + " "
+    plain = json.dumps(value, allow_nan=False, ensure_ascii=False)
+    if isinstance(value, dict) and not _nested(value) and len(plain) <= _LINE:
+        return plain
     if isinstance(value, dict) and value:
         items = [f"{json.dumps(key)}: {_indented(item, inner)}" for key, item in value.items()]
         return "{\n" + ",\n".join(inner + item for item in items) + f"\n{margin}}}"
     if isinstance(value, list) and any(isinstance(item, dict) for item in value):
         items = [_indented(item, inner) for item in value]
         return "[\n" + ",\n".join(inner + item for item in items) + f"\n{margin}]"
-    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+    return plain
+
+
+def _nested(value: dict[str, Any]) -> bool:
+    return any(isinstance(item, (dict, list)) for item in value.values())
 
 
 def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
