@@ -62,7 +62,7 @@ def test_gap_of_the_state_feedback_is_below_1e_12(basis: type[Basis], n: int, hu
 @pytest.mark.slow
 @pytest.mark.parametrize("name", arms.names())
 def test_gap_of_the_state_feedback_is_below_1e_12_for_42_states(name: str) -> None:
-    arm = replace(arms.get(name), damping_ratio=0.005, motor=None)
+    arm = replace(arms.get(name), damping_ratio=0.005, motor=None, joint=None)
     size = assemble(arm, Polynomial(1))
     torque = 0.1 * size.mass[0, 0] * size.omega[0] ** 2
     objective = Objective(

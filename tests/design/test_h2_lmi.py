@@ -60,7 +60,7 @@ def test_gap_is_below_1e_9(basis: type[Basis], n: int, hub: float) -> None:
 @pytest.mark.parametrize("name", arms.names())
 @pytest.mark.parametrize("basis", ["clamped-free", "slewing", "hub-matched"])
 def test_gap_is_below_1e_9_for_every_catalogue_arm(name: str, basis: str) -> None:
-    arm = replace(arms.get(name), damping_ratio=0.005, motor=None)
+    arm = replace(arms.get(name), damping_ratio=0.005, motor=None, joint=None)
     omega = truth(arm, 1).omega[0]
     torque = 0.1 * assemble(arm, Polynomial(1)).mass[0, 0] * omega**2
     objective = Objective(

@@ -297,7 +297,7 @@ def _balls(loop: FactoredLoop, v: Array, width: Array) -> tuple[list[complex], l
     if not len(v):
         return [], []
     box = loop.enclosed(v, width)
-    return box.value.tolist(), box.reach.tolist()
+    return box.value.tolist(), np.where(np.isnan(box.reach), np.inf, box.reach).tolist()
 
 
 def _cut(v: Array, width: Array) -> tuple[Array, Array]:

@@ -80,7 +80,8 @@ def classical_margins(
         if not delay:
             require_stable(light)  # says which poles are not
             if isinstance(error, UnprovedStabilityError):
-                return margins_of(error.found, light, skew, named, (str(error),))
+                with np.errstate(all="ignore"):
+                    return margins_of(error.found, light, skew, named, (str(error),))
         late = " with dead time" if delay else ""
         raise AccuracyError(
             f"nothing is certain of the loop{late}: {error}",
