@@ -16,6 +16,8 @@ from slewctl.numerics.ordered_schur import nearest_of, ordered_complex_schur
 _WORST = 1e6
 # How near, relative: wider only where that leaves eigenvectors nearly parallel.
 _NEARNESS = (1e-3, 1e-2, 0.1, 0.5)
+# z = −1 in δ = z − 1, and how near to it a pole is taken to be there: its own rounding.
+AT_END, _ROUNDED = -2.0, 64 * float(np.finfo(float).eps)
 _ITERATIONS = 8  # of a factor of about 1e-3 each
 
 
@@ -41,6 +43,7 @@ def modal_bases(A: Array) -> Iterator[tuple[IntArray, Modes]]:
     """Yield the modes of a stack of matrices: small ones with good eigenvectors at once."""
     values, V = np.linalg.eig(A)
     values, V = values.astype(complex), V.astype(complex)
+    values[np.abs(values - AT_END) <= _ROUNDED] = AT_END
     good = np.zeros(len(A), dtype=bool)
     if A.shape[-1] <= 2:
         # Of unit vectors, the determinant is the sine of the angle between them.

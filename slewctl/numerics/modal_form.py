@@ -92,6 +92,9 @@ class ModalForm:
         return outside(len(self.poles), [block.index for block in self.blocks])
 
 
+# Systems of no more than so many states, to whose cube the cost of long numbers is proportional:
+# those in companion form, which need them, are small.
+_LONGEST = 40
 # What a truth yields is computed once for all controllers that meet it.
 _KNOWN: WeakKeyDictionary[LinearSystem, dict[bool, ModalForm]] = WeakKeyDictionary()
 
@@ -107,6 +110,7 @@ def modal_form(system: LinearSystem, long: bool = False) -> ModalForm:
         Whether to find them in long numbers where those know them better.
     """
     known = _KNOWN.setdefault(system, {})
+    long = long and len(system.A) <= _LONGEST
     if long not in known:
         known[long] = _modal_form(system, long)
     return known[long]

@@ -10,7 +10,7 @@ from scipy.linalg import LinAlgError, solve_sylvester
 
 from slewctl._types import Array, ComplexArray, IntArray
 from slewctl.numerics.long_complex import LONG_ROUNDING, LongComplex, LongComplexSum
-from slewctl.numerics.modal_basis import Modes, outside
+from slewctl.numerics.modal_basis import AT_END, Modes, outside
 from slewctl.numerics.modal_bounds import (
     ROUNDING,
     BoundedModes,
@@ -20,19 +20,16 @@ from slewctl.numerics.modal_bounds import (
     rank_one,
 )
 
-# Matrices of no more than so many states, to whose cube the cost of long numbers is proportional.
-_LONGEST = 64
 # Each step squares the error, or makes it smaller by what double precision knows of V⁻¹.
 _STEPS = 8
-# A pole smaller than this, relative to the fastest, is at the origin: its own rounding.
+# A pole nearer than this to the origin, or to z = −1, relative to the fastest, is there: it is
+# its own rounding.
 _ZERO = 1e-24
 
 
 def best_modes(stack: Stack, modes: Modes) -> BoundedModes:
     """Return the modes of one matrix with their bounds, in long numbers where those are smaller."""
     found = bounded(stack, modes)
-    if stack.A.shape[-1] > _LONGEST:
-        return found
     others = (_refined(stack, start) for start in _starts(stack.A[0], modes))
     return min([found, *(other for other in others if other)], key=lambda modes: modes.worst)
 
@@ -93,9 +90,13 @@ def _newton(A: Array, lost: Array, modes: Modes) -> tuple[LongComplex, LongCompl
         if not size < 0.5 * before:
             break
         before = size
-    at_zero = np.abs(J.hi) <= _ZERO * np.abs(np.diagonal(J.hi)).max()
-    at_zero &= np.eye(len(A), dtype=bool)
-    return V, LongComplex(np.where(at_zero, 0, J.hi), np.where(at_zero, 0, J.lo))
+    size = float(np.abs(np.diagonal(J.hi)).max())
+    for place in (0.0, AT_END):
+        there = (np.abs(J.minus(np.full_like(J.hi, place)).value) <= _ZERO * size) & np.eye(
+            len(A), dtype=bool
+        )
+        J = LongComplex(np.where(there, place, J.hi), np.where(there, 0, J.lo))
+    return V, J
 
 
 def _step(

@@ -20,6 +20,7 @@ from slewctl.loop.single.factor_error import ErrorBound, majorant
 from slewctl.loop.single.long_factor import LongFactor
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.long_complex import LONG_ROUNDING
+from slewctl.numerics.modal_basis import AT_END
 from slewctl.numerics.modal_bounds import ROUNDING
 from slewctl.numerics.modal_form import Block, ModalForm, modal_form
 
@@ -43,7 +44,7 @@ class Factor:
         zero = np.zeros((1, 1), dtype=complex)
         single = (Block(np.array([k]), zero, zero) for k in at_zero.tolist())
         self.blocks = [*form.blocks, *single]
-        at_end = form.alone & (form.poles == -2) & self.sampled
+        at_end = form.alone & (form.poles == AT_END) & self.sampled
         self.alone = np.flatnonzero(form.alone & (form.poles != 0) & ~at_end)
         pick = self.alone
         self.simple = Terms.of(form.poles[pick], self.sampled)
@@ -75,7 +76,7 @@ class Factor:
     @property
     def poles(self) -> ComplexArray:
         """Poles on the plane of s, without those at z = −1."""
-        ends = self.sampled & (self.form.poles == -2)
+        ends = self.sampled & (self.form.poles == AT_END)
         return np.asarray(self.all.sigma[~(self.form.alone & ends)])
 
     @property

@@ -6,7 +6,7 @@ import numpy as np
 
 from slewctl._types import ComplexArray
 from slewctl.numerics.long_complex import LongComplex
-from slewctl.numerics.modal_basis import outside
+from slewctl.numerics.modal_basis import AT_END, outside
 from slewctl.numerics.modal_form import Block, ModalForm
 
 
@@ -39,7 +39,7 @@ class LongFactor:
         with np.errstate(divide="ignore", invalid="ignore"):
             near = point[:, None].minus(self.poles).reciprocal()  # (m, n)
         if self.form.sample_time:
-            at_end = self.form.poles == -2
+            at_end = self.form.poles == AT_END
             near.hi[:, at_end], near.lo[:, at_end] = ((1 - s) / 2)[:, None], 0
         found = LongComplex(np.tile(self.form.D.astype(complex), (len(s), 1)))
         if len(self.alone):
