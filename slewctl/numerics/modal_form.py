@@ -94,7 +94,7 @@ class ModalForm:
 
 # Systems of no more than so many states, to whose cube the cost of long numbers is proportional:
 # those in companion form, which need them, are small.
-_LONGEST = 40
+LONGEST = 40
 # What a truth yields is computed once for all controllers that meet it.
 _KNOWN: WeakKeyDictionary[LinearSystem, dict[bool, ModalForm]] = WeakKeyDictionary()
 
@@ -110,7 +110,7 @@ def modal_form(system: LinearSystem, long: bool = False) -> ModalForm:
         Whether to find them in long numbers where those know them better.
     """
     known = _KNOWN.setdefault(system, {})
-    long = long and len(system.A) <= _LONGEST
+    long = long and len(system.A) <= LONGEST
     if long not in known:
         known[long] = _modal_form(system, long)
     return known[long]

@@ -86,12 +86,12 @@ def test_ten_loops_have_exactly_their_crossings() -> None:
 
 
 @pytest.mark.slow
-def test_a_hundred_and_twenty_loops_have_exactly_their_crossings() -> None:
+def test_fifty_loops_have_exactly_their_crossings() -> None:
     rng = np.random.default_rng(12)
-    loops = [random_flexible_loop(rng, int(rng.integers(5, 13))).loop for _ in range(120)]
+    loops = [random_flexible_loop(rng, int(rng.integers(5, 13))).loop for _ in range(50)]
     UNDECIDED.clear()
-    assert sum(check(loop, f"loop {i}") for i, loop in enumerate(loops)) > 1500
-    assert len(UNDECIDED) <= 2
+    assert sum(check(loop, f"loop {i}") for i, loop in enumerate(loops)) > 600
+    assert len(UNDECIDED) <= 1
 
 
 @pytest.mark.parametrize("gap", [1e-1, 1e-2, 1e-3, 1e-5])

@@ -49,7 +49,7 @@ def test_a_few_flexible_loops(seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "number", "most"), [(20, 12, 60), (21, 40, 25), (22, 40, 25)])
+@pytest.mark.parametrize(("seed", "number", "most"), [(20, 12, 60), (21, 25, 25)])
 def test_many_flexible_loops(seed: int, number: int, most: int) -> None:
     loops = random_flexible_loops(seed, number, most)
     stable = sum(check(loop, f"seed {seed}, loop {i}") for i, loop in enumerate(loops))

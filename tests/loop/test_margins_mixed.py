@@ -37,15 +37,14 @@ def found(m: Margins) -> tuple[float, float, float, float]:
 
 
 def test_a_few_dozen_loops() -> None:
-    loops = random_mixed_loops(1, 60)
-    assert sum(check(loop, f"loop {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 20
+    loops = random_mixed_loops(1, 40)
+    assert sum(check(loop, f"loop {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 12
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [2, 3])
-def test_hundreds_of_loops(seed: int) -> None:
-    loops = random_mixed_loops(seed, 120)
-    assert sum(check(loop, f"{seed}: {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 60
+def test_a_hundred_loops() -> None:
+    loops = random_mixed_loops(2, 100)
+    assert sum(check(loop, f"loop {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 50
 
 
 def test_a_pid_with_two_fast_lags_around_an_arm_is_stable() -> None:

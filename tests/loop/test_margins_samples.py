@@ -100,7 +100,7 @@ def test_feedthrough(gain: float, pole: float) -> None:
 
 def test_random_flexible_loops() -> None:
     tried = 0
-    for loop in random_flexible_loops(50, 30, 10):
+    for loop in random_flexible_loops(50, 12, 10):
         if loop.step and loop.stable:
             tried += 1
             check(loop.loop)

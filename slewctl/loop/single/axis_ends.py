@@ -22,6 +22,8 @@ _LARGE = 1e4
 # At the origin, and in the tail, |L| is beyond any change of gain that is asked about.
 WIDEST = 1e8
 _TIMES = 60
+# A pole at z = −1 that feedback moves by less than the reciprocal of this is told as hidden.
+_FARTHEST = 1e16
 # L is left where it is this near to a limit of size one: |L| = 1 may be passed beyond, at half a
 # turn from −1 but for this; as many intervals as its reciprocal are needed to come nearer.
 _NEAR_ONE = 1e-3
@@ -198,7 +200,7 @@ def _pole_at_end(loop: FactoredLoop, far: float) -> Tail:
             found = Tail(far, np.sign(value) * np.inf, np.inf, turn, least)
         elif found:
             break
-        if found and least > WIDEST:
+        if (found and least > WIDEST) or far > _FARTHEST:
             break
         far *= 10
     if found:

@@ -79,7 +79,7 @@ class Factor:
         ends = self.sampled & (self.form.poles == AT_END)
         return np.asarray(self.all.sigma[~(self.form.alone & ends)])
 
-    @property
+    @cached_property
     def unknown(self) -> float:
         """The largest error relative to the value, at and between the distances of its poles."""
         sizes = np.unique(np.abs(self.poles)[np.abs(self.poles) > 0])

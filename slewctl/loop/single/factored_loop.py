@@ -7,12 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array, ComplexArray, IntArray
 from slewctl.loop.single.enclosed import Enclosed, product_curve, reach
-from slewctl.loop.single.factor import factor_of
+from slewctl.loop.single.factor import Factor, factor_of
 from slewctl.loop.single.split import in_series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.modal_bounds import ROUNDING
+from slewctl.numerics.modal_form import LONGEST
 
 
 def factored(
@@ -88,8 +89,11 @@ class Enclosure:
         """How far L may be from its value in the middle, for all that is known."""
         return np.abs(self.slope) * self.h + self.radius
 
-    def imaginary(self, k: int) -> tuple[Array, Array, Array]:
-        """Return vᵏ Im L in the middle, its slope, and how far it may be from that line.
+    def imaginary(self, k: int) -> Imaginary:
+        """Return vᵏ Im L, or Im L itself where that is known to be farther from zero.
+
+        At the origin's pole the curvature of L grows without bound, beyond all poles that of
+        vᵏ L.
 
         Parameters
         ----------
@@ -97,8 +101,34 @@ class Enclosure:
             Order of the pole at zero.
         """
         back = (-1j) ** k
-        bend = 0.5 * self.h * self.h * self.flat_curve
-        return (back * self.flat).imag, (back * self.flat_slope).imag, bend
+        plain = (self.value.imag, self.slope.imag, self.curve, self.error)
+        flat = (
+            (back * self.flat).imag,
+            (back * self.flat_slope).imag,
+            self.flat_curve,
+            self.flat_error,
+        )
+        with np.errstate(all="ignore"):
+            better = self._clearance(*plain) * self.c**k > self._clearance(*flat)
+        value, slope, curve, error = (
+            np.where(better, own, other) for own, other in zip(plain, flat, strict=True)
+        )
+        return Imaginary(value, slope, curve, error, np.where(better, 0, k))
+
+    def _clearance(self, value: Array, slope: Array, curve: Array, error: Array) -> Array:
+        reach = np.abs(slope) * self.h + 0.5 * self.h * self.h * curve + error
+        return np.asarray(np.abs(value) - reach)
+
+
+@dataclass(frozen=True, eq=False)
+class Imaginary:
+    """vᵏ Im L on intervals: in value + slope δ ± (curve δ²/2 + error); arrays of shape (m,)."""
+
+    value: Array
+    slope: Array
+    curve: Array
+    error: Array
+    k: IntArray
 
 
 class FactoredLoop:
@@ -128,10 +158,22 @@ class FactoredLoop:
         self.delay, self.sample_time = delay, plant.sample_time
 
     @property
+    def unknown(self) -> float:
+        """The larger of the relative errors of the two factors."""
+        return max(self.plant.unknown, self.controller.unknown)
+
+    @property
     def longer(self) -> FactoredLoop | None:
         """The same in long numbers; None where they make nothing better."""
+        worse = max(zip(self._factors, self._systems, strict=True), key=lambda x: x[0].unknown)
+        if len(worse[1].A) > LONGEST:
+            return None
         found = FactoredLoop(*self._systems, self.delay, long=True)
-        return found if found.plant.long or found.controller.long else None
+        return found if found.unknown < 0.5 * self.unknown else None
+
+    @property
+    def _factors(self) -> tuple[Factor, Factor]:
+        return self.plant, self.controller
 
     @cached_property
     def order_at_zero(self) -> int:

@@ -205,10 +205,11 @@ class Search:
         """Whether halving would change nothing, for each question: its errors are all there is."""
         h, L = box.h, box.value
         reach, twice = np.abs(box.slope) * h + box.bend, 2 * box.error
-        flat, slope, bent = box.imaginary(self.loop.order_at_zero)
+        part = box.imaginary(self.loop.order_at_zero)
+        moves = np.abs(part.slope) * h + 0.5 * h * h * part.curve
         small = np.empty((5, len(h)), dtype=bool)
         small[UNIT] = np.abs(np.abs(L) - 1) + reach <= twice
-        small[REAL] = np.abs(flat) + np.abs(slope) * h + bent <= 2 * box.flat_error
+        small[REAL] = np.abs(part.value) + moves <= 2 * part.error
         small[MODULUS] = small[DISK] = box.bend <= 0.25 * box.error
         small[WINDING] = np.abs(1 + L) + reach <= twice
         return np.asarray(small | (h <= 16 * np.finfo(float).eps * box.c))
@@ -285,21 +286,21 @@ class Search:
         size: tuple[Array, Array],
     ) -> BoolArray:
         a, b, La, Lb = ends
-        h, k = box.h, self.loop.order_at_zero
-        flat, slope, bent = box.imaginary(k)
+        h, part = box.h, box.imaginary(self.loop.order_at_zero)
         least, most = size
         positive = box.value.real - np.abs(box.slope.real) * h - box.radius > 0
         beyond = (most < 1) & (most * self.rise < 1) | (least > 1) & (least * self.fall > 1)
-        apart = np.abs(flat) > np.abs(slope) * h + bent + box.flat_error
+        steep = np.abs(part.slope)
+        apart = np.abs(part.value) > steep * h + 0.5 * h * h * part.curve + part.error
         open_ = asked & ~positive & ~beyond & ~apart
         if not open_.any():
             return open_
-        steep = np.abs(slope) - h * box.flat_curve
+        steep = steep - h * part.curve
         once = open_ & (steep > 0)
-        off = box.flat_error / np.where(once, steep, 1.0)
-        signs = a**k * La.imag, b**k * Lb.imag
+        off = part.error / np.where(once, steep, 1.0)
+        signs = a**part.k * La.imag, b**part.k * Lb.imag
         into = self.real, self.real_touched
-        crossed = sort_out(once, signs, box.flat_error, off, (a, b), into)
+        crossed = sort_out(once, signs, part.error, off, (a, b), into)
         if self.loop.delay:
             # Of infinitely many limits those farther out than one that is surely here are left.
             sure = crossed & (box.value.real + box.reach < 0)
