@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 
 from slewctl.design import METHODS
-from slewctl.files.schema import DesignTable, KelvinVoigtTable, RayleighTable, StudyTable
+from slewctl.files.schema import CHOSEN_TABLES, DesignTable, StudyTable
 from slewctl.plant.signals import ACTUATORS, SIGNALS, STATION_SENSORS
 
 HEAD = ["| key | unit | default | example | meaning |", "| --- | --- | --- | --- | --- |"]
@@ -128,8 +128,8 @@ def design_file() -> str:
         "",
     ]
     text += _table(DesignTable, "")
-    for law, table in (("rayleigh", RayleighTable), ("kelvin-voigt", KelvinVoigtTable)):
-        text += [f'## `[arm.damping]` with `kind = "{law}"`', "", *_keys(table)]
+    for title, table in CHOSEN_TABLES.items():
+        text += [f"## {title}", "", *_keys(table)]
     for method in METHODS:
         text += [f'## `[controller]` with `method = "{method}"`', "", *_options(method)]
     return "\n".join(text)

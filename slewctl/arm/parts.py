@@ -14,6 +14,7 @@ from slewctl.arm.damping import KelvinVoigt, Rayleigh
 from slewctl.arm.magnitudes import check_length, check_size_or_zero
 from slewctl.arm.motor import Motor
 from slewctl.arm.profiles import Profile, ProfileSpec, Stations, as_profile
+from slewctl.arm.section import Section, rectangle, round_tube
 from slewctl.errors import (
     InputError,
     check_damping_ratio,
@@ -64,6 +65,87 @@ class Beam:
             object.__setattr__(self, name, tuple(spec) if isinstance(spec, list) else spec)
         # Built here, not when first asked for, so that a wrong profile is refused at once.
         _ = self.mass_profile, self.stiffness_profile
+
+    @classmethod
+    def rectangular(
+        cls,
+        length: float,
+        *,
+        width: float,
+        thickness: float,
+        youngs_modulus: float,
+        density: float,
+    ) -> Beam:
+        """Return a uniform beam of rectangular section: m̄ = ρbh and EI = Ebh³/12.
+
+        Parameters
+        ----------
+        length : float
+            In m.
+        width, thickness : float
+            b and h in m; the beam bends across its thickness.
+        youngs_modulus : float
+            E in N/m².
+        density : float
+            ρ in kg/m³.
+
+        Raises
+        ------
+        InputError
+            If a value is not positive.
+
+        Examples
+        --------
+        >>> import slewctl as sc
+        >>> beam = sc.Beam.rectangular(
+        ...     0.6, width=0.03, thickness=0.0015, youngs_modulus=2.0e11, density=7850.0)
+        >>> round(beam.mass_per_length, 5), round(beam.bending_stiffness, 4)
+        (0.35325, 1.6875)
+        """
+        return cls._of(length, rectangle(width, thickness), youngs_modulus, density)
+
+    @classmethod
+    def tube(
+        cls,
+        length: float,
+        *,
+        outer_diameter: float,
+        inner_diameter: float = 0.0,
+        youngs_modulus: float,
+        density: float,
+    ) -> Beam:
+        """Return a uniform round tube or rod: m̄ = ρπ(D² − d²)/4 and EI = Eπ(D⁴ − d⁴)/64.
+
+        Parameters
+        ----------
+        length : float
+            In m.
+        outer_diameter, inner_diameter : float
+            D and d in m; a rod has no inner one.
+        youngs_modulus : float
+            E in N/m².
+        density : float
+            ρ in kg/m³.
+
+        Raises
+        ------
+        InputError
+            If a value is not positive, or the inner diameter not smaller than the outer.
+
+        Examples
+        --------
+        >>> import slewctl as sc
+        >>> beam = sc.Beam.tube(
+        ...     2.0, outer_diameter=0.04, inner_diameter=0.036, youngs_modulus=7e10, density=2700.0)
+        >>> round(beam.mass_per_length, 4), round(beam.bending_stiffness, 1)
+        (0.6447, 3024.9)
+        """
+        section = round_tube(outer_diameter, inner_diameter)
+        return cls._of(length, section, youngs_modulus, density)
+
+    @classmethod
+    def _of(cls, length: float, section: Section, youngs_modulus: float, density: float) -> Beam:
+        return cls(length, *section.of_material(youngs_modulus, density))
 
     @cached_property
     def mass_profile(self) -> Profile:

@@ -6,25 +6,23 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 from slewctl.arm import (
     Arm,
-    Beam,
     Hub,
     KelvinVoigt,
     Motor,
     Payload,
-    ProfileSpec,
     Rayleigh,
-    Stations,
     catalogue,
 )
 from slewctl.breakdown import computing
-from slewctl.errors import InputError, check_choice, check_each, check_number, shown
+from slewctl.errors import InputError, check_choice
+from slewctl.files.beam_table import beam_of_table
 from slewctl.files.faults import Faults
 from slewctl.files.refusals import validate
-from slewctl.files.schema import ArmTable, BeamTable, KelvinVoigtTable, RayleighTable, Table
+from slewctl.files.schema import ArmTable, KelvinVoigtTable, RayleighTable, Table
 from slewctl.files.source import read_source
 
 Part = TypeVar("Part", Hub, Payload)
@@ -162,16 +160,8 @@ def _unchanged(table: ArmTable) -> Arm:
             remedy=f"catalogue arms: {', '.join(catalogue.names())}",
         )
     if table.beam is not None:
-        return Arm(_beam(table.beam))
+        return Arm(beam_of_table(table.beam))
     return catalogue.get(check_choice(str(table.catalogue), catalogue.names(), "arm.catalogue"))
-
-
-def _beam(table: BeamTable) -> Beam:
-    faults = Faults()
-    mass = faults.attempt(_profile, table.mass_per_length, "arm.beam.mass_per_length")
-    stiffness = faults.attempt(_profile, table.bending_stiffness, "arm.beam.bending_stiffness")
-    faults.tell()
-    return Beam(table.length, cast(ProfileSpec, mass), cast(ProfileSpec, stiffness))
 
 
 def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:
@@ -190,21 +180,3 @@ def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:
             remedy=f"give {' or '.join(keys)}, or leave the table out",
         )
     return law(**keys)
-
-
-def _profile(value: object, where: str) -> ProfileSpec:
-    if isinstance(value, dict):
-        if set(value) != {"x", "values"} or not all(isinstance(v, list) for v in value.values()):
-            raise InputError(
-                f"a table of stations with keys {shown(sorted(value))}",
-                where=where,
-                remedy="give { x = [...], values = [...] }, x in metres",
-            )
-        try:
-            return Stations(value["x"], value["values"])
-        except InputError as error:
-            key = where + error.where.removeprefix("stations")
-            raise error.at(key) from error
-    if isinstance(value, list):
-        return check_each(value, where, check_number)
-    return check_number(value, where)

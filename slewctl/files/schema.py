@@ -58,11 +58,39 @@ class BeamTable(Table):
 
     length: Annotated[Positive, _told("m", "of the beam", 1.0)]
     mass_per_length: Annotated[
-        Any, _told("kg/m", "a number, coefficients in x/L, or stations", 2.0)
-    ]
+        Any, _told("kg/m", "a number, coefficients in x/L, or stations; not beside a section", 2.0)
+    ] = None
     bending_stiffness: Annotated[
-        Any, _told("N·m²", "a number, coefficients in x/L, or stations", 40.0)
+        Any, _told("N·m²", "a number, coefficients in x/L, or stations; not beside a section", 40.0)
+    ] = None
+    section: Annotated[
+        dict[str, Any] | None,
+        _told(
+            "table",
+            "a rectangle or a round tube of one material, instead of both",
+            {"width": 0.03, "thickness": 0.0015, "youngs_modulus": 2.0e11, "density": 7850.0},
+        ),
+    ] = None
+
+
+class RectangleTable(Table):
+    """``section`` of ``[arm.beam]`` with a width: a rectangle."""
+
+    width: Annotated[Positive, _told("m", "across the plane of rotation", 0.03)]
+    thickness: Annotated[
+        Positive, _told("m", "in the plane of rotation: it bends across it", 1.5e-3)
     ]
+    youngs_modulus: Annotated[Positive, _told("N/m²", "of the material", 2.0e11)]
+    density: Annotated[Positive, _told("kg/m³", "of the material", 7850.0)]
+
+
+class TubeTable(Table):
+    """``section`` of ``[arm.beam]`` with an outer diameter: a round tube, or a rod."""
+
+    outer_diameter: Annotated[Positive, _told("m", "of the tube", 0.04)]
+    inner_diameter: Annotated[NonNegative, _told("m", "of its hole", 0.036)] = 0.0
+    youngs_modulus: Annotated[Positive, _told("N/m²", "of the material", 7.0e10)]
+    density: Annotated[Positive, _told("kg/m³", "of the material", 2700.0)]
 
 
 class HubTable(Table):
@@ -93,6 +121,15 @@ class KelvinVoigtTable(Table):
 
     kind: Annotated[str, _told("text", "the law", "kelvin-voigt")]
     retardation_time: Annotated[NonNegative, _told("s", "of the beam's material", 1e-4)]
+
+
+# Tables whose keys depend on what stands in them, by how the reference calls them.
+CHOSEN_TABLES: dict[str, type[Table]] = {
+    '`[arm.damping]` with `kind = "rayleigh"`': RayleighTable,
+    '`[arm.damping]` with `kind = "kelvin-voigt"`': KelvinVoigtTable,
+    "`section` of `[arm.beam]`, a rectangle": RectangleTable,
+    "`section` of `[arm.beam]`, a round tube": TubeTable,
+}
 
 
 class MotorTable(Table):

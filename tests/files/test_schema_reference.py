@@ -15,6 +15,7 @@ from slewctl import Hub, InputError, KelvinVoigt, Motor, Payload, Rayleigh
 from slewctl.basis import NAMES
 from slewctl.design import METHODS, options
 from slewctl.files.schema import (
+    CHOSEN_TABLES,
     DesignTable,
     HubTable,
     KelvinVoigtTable,
@@ -38,7 +39,7 @@ def tables(table: type[BaseModel]) -> set[type[BaseModel]]:
     return found
 
 
-ALL = tables(DesignTable) | tables(StudyTable) | {KelvinVoigtTable, RayleighTable}
+ALL = tables(DesignTable) | tables(StudyTable) | set(CHOSEN_TABLES.values())
 FIELDS = {
     f"{table.__name__}.{name}": field
     for table in sorted(ALL, key=lambda t: t.__name__)
