@@ -37,6 +37,7 @@ class Problem:
         ``voltage`` (V); see `Objective`.
     noise : mapping of str to float
         Of the torque disturbance (N·m/√Hz) and of each sensor (its unit/√Hz); see `Objective`.
+        `encoder_noise` returns that of an encoder.
     slew : Slew
         The turn by which settling, overshoot and peaks are judged.
     truth_modes : int

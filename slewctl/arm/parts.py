@@ -138,7 +138,7 @@ class Beam:
         >>> beam = sc.Beam.tube(
         ...     2.0, outer_diameter=0.04, inner_diameter=0.036, youngs_modulus=7e10, density=2700.0)
         >>> round(beam.mass_per_length, 4), round(beam.bending_stiffness, 1)
-        (0.6447, 3024.9)
+        (0.6447, 3025.1)
         """
         section = round_tube(outer_diameter, inner_diameter)
         return cls._of(length, section, youngs_modulus, density)

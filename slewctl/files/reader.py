@@ -15,6 +15,7 @@ from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import Case
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import arm_of_table
+from slewctl.files.encoders import with_encoder_noise
 from slewctl.files.faults import Faults, missing
 from slewctl.files.find import find_designs, name_designs, refuse_study
 from slewctl.files.given_law import (
@@ -136,7 +137,7 @@ def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
 def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     _check_schema(source.content)
     faults = Faults()
-    tables = validate_each(source.content, DesignTable, faults)
+    tables = validate_each(with_encoder_noise(source.content, faults), DesignTable, faults)
     method = tables.get("controller", {}).get("method")
     missing_of(method, source.content, faults)
     requirements = tables.get("requirements", {})

@@ -123,12 +123,23 @@ class KelvinVoigtTable(Table):
     retardation_time: Annotated[NonNegative, _told("s", "of the beam's material", 1e-4)]
 
 
+class EncoderTable(Table):
+    """A sensor of ``noise`` in ``[controller]`` that is an encoder of the hub's angle."""
+
+    encoder_counts: Annotated[Count, _told("1", "per turn of the hub, after quadrature", 4096)]
+    sample_time: Annotated[
+        Positive | None,
+        _told("s", "that it is read with; by default the controller's own", 0.005),
+    ] = None
+
+
 # Tables whose keys depend on what stands in them, by how the reference calls them.
 CHOSEN_TABLES: dict[str, type[Table]] = {
     '`[arm.damping]` with `kind = "rayleigh"`': RayleighTable,
     '`[arm.damping]` with `kind = "kelvin-voigt"`': KelvinVoigtTable,
     "`section` of `[arm.beam]`, a rectangle": RectangleTable,
     "`section` of `[arm.beam]`, a round tube": TubeTable,
+    "A sensor of `noise` in `[controller]`, an encoder": EncoderTable,
 }
 
 
@@ -249,7 +260,7 @@ class ControllerTable(Table):
         Annotated[dict[str, Positive], Field(max_length=MOST_SIGNALS)] | None,
         _told(
             "table",
-            "white noise of the actuator and of each sensor, in its own unit per √Hz",
+            "white noise of the torque and of each sensor, in its own unit per √Hz; or an encoder",
             {"torque": 0.1, "theta": 0.01},
         ),
     ] = None

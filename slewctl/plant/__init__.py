@@ -6,6 +6,7 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.plant.arm_problem import generalised_plant
+    from slewctl.plant.encoder import encoder_noise
     from slewctl.plant.nonlinear import nonlinear_system
     from slewctl.plant.objective import Objective, signals_alone
     from slewctl.plant.problem import GeneralisedPlant, check_plant, ill_posed
@@ -35,6 +36,7 @@ __all__ = [
     "balanced_truncation",
     "check_plant",
     "continuous_equivalent",
+    "encoder_noise",
     "generalised_plant",
     "ill_posed",
     "modal_truncation",
