@@ -5,19 +5,23 @@ from typing import TYPE_CHECKING
 from slewctl._lazy import attach
 
 if TYPE_CHECKING:
+    from slewctl.arm.beam import Beam
     from slewctl.arm.damping import KelvinVoigt, Rayleigh
     from slewctl.arm.lumped import LumpedLink, quanser_lumped
+    from slewctl.arm.masses import Bodies, LumpedMass
     from slewctl.arm.motor import Motor
-    from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
-    from slewctl.arm.profiles import Profile, ProfileSpec
+    from slewctl.arm.parts import Arm, Hub, Payload
+    from slewctl.arm.profiles import Profile, ProfileSpec, Stations
     from slewctl.arm.variation import vary
 
 __all__ = [
     "Arm",
     "Beam",
+    "Bodies",
     "Hub",
     "KelvinVoigt",
     "LumpedLink",
+    "LumpedMass",
     "Motor",
     "Payload",
     "Profile",

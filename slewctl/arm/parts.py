@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.arm.beam import SAME_POINT, Beam, distinct
 from slewctl.arm.damping import KelvinVoigt, Rayleigh
-from slewctl.arm.magnitudes import check_length, check_size_or_zero
+from slewctl.arm.magnitudes import check_size_or_zero
+from slewctl.arm.masses import Bodies, LumpedMass
 from slewctl.arm.motor import Motor
-from slewctl.arm.profiles import Profile, ProfileSpec, Stations, as_profile
-from slewctl.arm.section import Section, rectangle, round_tube
+from slewctl.arm.profiles import Stations
 from slewctl.errors import (
     InputError,
     check_damping_ratio,
@@ -22,152 +23,6 @@ from slewctl.errors import (
     shown,
 )
 from slewctl.export import toml_text
-
-# Stations nearer to each other, over the length, are one: rounding of what was written.
-_SAME_POINT = 1e-12
-
-
-@dataclass(frozen=True)
-class Beam:
-    """A slender beam in bending.
-
-    Parameters
-    ----------
-    length : float
-        L in m, measured from the clamp.
-    mass_per_length : float, sequence of float, Stations or callable
-        m̄(x) in kg/m; see `slewctl.arm.profiles.as_profile`.
-    bending_stiffness : float, sequence of float, Stations or callable
-        EI(x) in N·m².
-
-    Raises
-    ------
-    InputError
-        If the length or a profile is not positive, or a table does not cover the beam.
-
-    Examples
-    --------
-    >>> import slewctl as sc
-    >>> sc.Beam(1.0, [2.0, -1.0], sc.Stations([0, 0.5, 1], [40, 30, 10])).length
-    1.0
-    """
-
-    length: float
-    mass_per_length: ProfileSpec
-    bending_stiffness: ProfileSpec
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "length", check_length(self.length, "beam.length"))
-        for name in ("mass_per_length", "bending_stiffness"):
-            spec = getattr(self, name)
-            if isinstance(spec, np.ndarray):
-                spec = spec.tolist()
-            object.__setattr__(self, name, tuple(spec) if isinstance(spec, list) else spec)
-        # Built here, not when first asked for, so that a wrong profile is refused at once.
-        _ = self.mass_profile, self.stiffness_profile
-
-    @classmethod
-    def rectangular(
-        cls,
-        length: float,
-        *,
-        width: float,
-        thickness: float,
-        youngs_modulus: float,
-        density: float,
-    ) -> Beam:
-        """Return a uniform beam of rectangular section: m̄ = ρbh and EI = Ebh³/12.
-
-        Parameters
-        ----------
-        length : float
-            In m.
-        width, thickness : float
-            b and h in m; the beam bends across its thickness.
-        youngs_modulus : float
-            E in N/m².
-        density : float
-            ρ in kg/m³.
-
-        Raises
-        ------
-        InputError
-            If a value is not positive.
-
-        Examples
-        --------
-        >>> import slewctl as sc
-        >>> beam = sc.Beam.rectangular(
-        ...     0.6, width=0.03, thickness=0.0015, youngs_modulus=2.0e11, density=7850.0)
-        >>> round(beam.mass_per_length, 5), round(beam.bending_stiffness, 4)
-        (0.35325, 1.6875)
-        """
-        return cls._of(length, rectangle(width, thickness), youngs_modulus, density)
-
-    @classmethod
-    def tube(
-        cls,
-        length: float,
-        *,
-        outer_diameter: float,
-        inner_diameter: float = 0.0,
-        youngs_modulus: float,
-        density: float,
-    ) -> Beam:
-        """Return a uniform round tube or rod: m̄ = ρπ(D² − d²)/4 and EI = Eπ(D⁴ − d⁴)/64.
-
-        Parameters
-        ----------
-        length : float
-            In m.
-        outer_diameter, inner_diameter : float
-            D and d in m; a rod has no inner one.
-        youngs_modulus : float
-            E in N/m².
-        density : float
-            ρ in kg/m³.
-
-        Raises
-        ------
-        InputError
-            If a value is not positive, or the inner diameter not smaller than the outer.
-
-        Examples
-        --------
-        >>> import slewctl as sc
-        >>> beam = sc.Beam.tube(
-        ...     2.0, outer_diameter=0.04, inner_diameter=0.036, youngs_modulus=7e10, density=2700.0)
-        >>> round(beam.mass_per_length, 4), round(beam.bending_stiffness, 1)
-        (0.6447, 3025.1)
-        """
-        section = round_tube(outer_diameter, inner_diameter)
-        return cls._of(length, section, youngs_modulus, density)
-
-    @classmethod
-    def _of(cls, length: float, section: Section, youngs_modulus: float, density: float) -> Beam:
-        return cls(length, *section.of_material(youngs_modulus, density))
-
-    @cached_property
-    def mass_profile(self) -> Profile:
-        """m̄ in kg/m as a function of x/L."""
-        return as_profile(self.mass_per_length, self.length, "beam.mass_per_length")
-
-    @cached_property
-    def stiffness_profile(self) -> Profile:
-        """EI in N·m² as a function of x/L."""
-        return as_profile(self.bending_stiffness, self.length, "beam.bending_stiffness")
-
-    @cached_property
-    def breakpoints(self) -> tuple[float, ...]:
-        """Inner points x/L where either profile has a kink or a step.
-
-        Points that differ by rounding alone are one.
-        """
-        both = np.array(
-            sorted({*self.mass_profile.breakpoints, *self.stiffness_profile.breakpoints})
-        )
-        apart = np.diff(both, prepend=0.0) > _SAME_POINT
-        return tuple(float(point) for point in both[apart])
 
 
 @dataclass(frozen=True)
@@ -245,6 +100,8 @@ class Arm:
         A damping law.
     motor : Motor, optional
         What turns the hub; without one only the torque is known.
+    masses : sequence of LumpedMass
+        Fixed to the beam along its length, beside the payload at its tip.
     name : str
         For tables and reports.
 
@@ -264,6 +121,7 @@ class Arm:
     damping: Rayleigh | KelvinVoigt | None = None
     motor: Motor | None = None
     name: str = "arm"
+    masses: Sequence[LumpedMass] = ()
 
     def __post_init__(self) -> None:
         _check_part(self.beam, (Beam,), "beam")
@@ -276,6 +134,23 @@ class Arm:
                 f"{shown(self.name)} is not text", where="arm.name", remedy="give a str"
             )
         object.__setattr__(self, "damping_ratio", _damping_ratio(self.damping_ratio))
+        object.__setattr__(self, "masses", _masses(self.masses, self.beam.length))
+
+    @cached_property
+    def bodies(self) -> Bodies:
+        """The payload and the masses along the beam."""
+        tip, length = self.payload, self.beam.length
+        each = [LumpedMass(length, tip.mass, tip.inertia), *self.masses]
+        return Bodies(
+            np.array([min(body.x / length, 1.0) for body in each]),
+            np.array([body.mass for body in each]),
+            np.array([body.inertia for body in each]),
+        )
+
+    @cached_property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Inner points x/L where a profile has a kink or a step, or a mass is fixed."""
+        return distinct((*self.beam.breakpoints, *(float(xi) for xi in self.bodies.xi)))
 
     @property
     def hub_inertia(self) -> float:
@@ -322,6 +197,7 @@ def arm_table(arm: Arm) -> dict[str, Any]:
             for key in ("length", "mass_per_length", "bending_stiffness")}  # fmt: skip
     table: dict[str, Any] = {"name": arm.name, "damping_ratio": arm.damping_ratio or None}
     table["beam"] = beam
+    table["masses"] = [_kept(asdict(mass)) or {"x": 0.0} for mass in arm.masses] or None
     for key in ("hub", "payload", "motor"):
         part = getattr(arm, key)
         table[key] = None if part is None else _kept(asdict(part))
@@ -347,6 +223,25 @@ def _written(spec: Any, where: str) -> Any:
     return spec
 
 
+def _masses(given: object, length: float) -> tuple[LumpedMass, ...]:
+    """Return the masses along a beam as a tuple."""
+    if not isinstance(given, Sequence):
+        raise InputError(
+            f"{shown(given)} is not a list of masses",
+            where="arm.masses",
+            remedy="give a list of slewctl.LumpedMass",
+        )
+    for place, mass in enumerate(given):
+        _check_part(mass, (LumpedMass,), f"masses.{place}")
+        if mass.x > length * (1 + SAME_POINT):
+            raise InputError(
+                f"{mass.x:g} m is beyond the tip of a beam of {length:g} m",
+                where=f"arm.masses.{place}.x",
+                remedy="give a place on the beam, in m from the clamp",
+            )
+    return tuple(given)
+
+
 def _check_part(part: object, kinds: tuple[type, ...], name: str) -> None:
     if not isinstance(part, kinds):
         wanted = [kind.__name__ for kind in kinds if kind is not type(None)]
@@ -369,4 +264,4 @@ def _damping_ratio(given: object) -> float | tuple[float, ...]:
     return ratios
 
 
-__all__ = ["Arm", "Beam", "Hub", "Payload", "Stations"]
+__all__ = ["Arm", "Beam", "Hub", "LumpedMass", "Payload", "Stations"]

@@ -9,6 +9,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.masses import LumpedMass
 from slewctl.arm.parts import Arm, Beam
 from slewctl.arm.profiles import ProfileSpec, Stations
 from slewctl.errors import InputError, check_nonnegative, check_positive, shown
@@ -36,6 +37,7 @@ def vary(
     hub_inertia_factor: float | None = None,
     stiffness_factor: float | None = None,
     mass_factor: float | None = None,
+    lumped_mass_factor: float | None = None,
     damping_factor: float | None = None,
 ) -> Arm:
     """Return `arm` with some of its properties changed and everything else kept.
@@ -52,6 +54,8 @@ def vary(
         The payload's own inertia stays.
     stiffness_factor, mass_factor : float, optional
         Times EI and m̄ all along the beam, whatever kind of profile they are.
+    lumped_mass_factor : float, optional
+        Times the mass and the inertia of every lumped mass on the beam.
     damping_factor : float, optional
         Times the modal damping ratios and the coefficients of the damping law; the hub's
         friction has its own parameter.
@@ -96,6 +100,7 @@ def vary(
             mass=_changed(payload.mass, payload_mass, payload_mass_factor, "payload_mass"),
             inertia=_changed(payload.inertia, payload_inertia, None, "payload_inertia"),
         ),
+        masses=_masses(arm, lumped_mass_factor),
         damping_ratio=ratio,
         damping=law,
     )
@@ -123,6 +128,18 @@ def _changed(present: float, value: float | None, factor: float | None, name: st
             remedy=f"give {name} itself, in SI units",
         )
     return present * scale
+
+
+def _masses(arm: Arm, factor: float | None) -> Sequence[LumpedMass]:
+    """Return the masses along the beam times the factor."""
+    scale = _factor(factor, "lumped_mass_factor")
+    if factor is not None and not arm.masses:
+        raise InputError(
+            "the arm has no lumped mass to multiply",
+            where="lumped_mass_factor",
+            remedy="give the arm its masses",
+        )
+    return tuple(mass.scaled(scale) for mass in arm.masses)
 
 
 def _beam(beam: Beam, mass_factor: float, stiffness_factor: float) -> Beam:

@@ -12,6 +12,7 @@ from slewctl.arm import (
     Arm,
     Hub,
     KelvinVoigt,
+    LumpedMass,
     Motor,
     Payload,
     Rayleigh,
@@ -20,9 +21,11 @@ from slewctl.arm import (
 from slewctl.breakdown import computing
 from slewctl.errors import InputError, check_choice
 from slewctl.files.beam_table import beam_of_table
+from slewctl.files.chosen_tables import KelvinVoigtTable, RayleighTable
 from slewctl.files.faults import Faults
+from slewctl.files.fields import Table
 from slewctl.files.refusals import validate
-from slewctl.files.schema import ArmTable, KelvinVoigtTable, RayleighTable, Table
+from slewctl.files.schema import ArmTable
 from slewctl.files.source import read_source
 
 Part = TypeVar("Part", Hub, Payload)
@@ -135,6 +138,7 @@ def arm_of_table(table: ArmTable) -> Arm:
         "hub": table.hub and faults.attempt(_changed, arm.hub if arm else Hub(), table.hub),
         "payload": table.payload
         and faults.attempt(_changed, arm.payload if arm else Payload(), table.payload),
+        "masses": table.masses and [LumpedMass(**mass.model_dump()) for mass in table.masses],
         "motor": table.motor and faults.attempt(Motor, **table.motor.model_dump()),
         "damping": None if table.damping is None else faults.attempt(_damping, table.damping),
         "damping_ratio": ratio,

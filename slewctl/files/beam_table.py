@@ -7,9 +7,10 @@ from typing import Any, cast
 
 from slewctl.arm import Beam, ProfileSpec, Stations
 from slewctl.errors import InputError, check_each, check_number, shown
+from slewctl.files.chosen_tables import RectangleTable, TubeTable
 from slewctl.files.faults import Faults, missing
 from slewctl.files.refusals import validate
-from slewctl.files.schema import BeamTable, RectangleTable, TubeTable
+from slewctl.files.schema import BeamTable
 
 _PROFILES = ("mass_per_length", "bending_stiffness")
 

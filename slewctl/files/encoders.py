@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from slewctl.errors import InputError
+from slewctl.files.chosen_tables import EncoderTable
 from slewctl.files.faults import Faults
 from slewctl.files.refusals import validate
-from slewctl.files.schema import EncoderTable
 from slewctl.plant import SIGNALS, encoder_noise
 
 _NOISE = "controller.noise"

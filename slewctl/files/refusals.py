@@ -10,7 +10,7 @@ from pydantic import ValidationError, create_model
 
 from slewctl.errors import InputError, shown, suggest
 from slewctl.files.faults import Faults, missing
-from slewctl.files.schema import Table
+from slewctl.files.fields import Table
 
 T = TypeVar("T", bound=Table)
 

@@ -6,47 +6,20 @@ there, key by key: a class refuses the first wrong value, a file is told all of 
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
-from slewctl.arm import Hub, Motor, Payload, Rayleigh
-from slewctl.compare import Case, Grid
+from slewctl.arm import Hub, LumpedMass, Motor, Payload
+from slewctl.compare import Case
+from slewctl.files.fields import Count, Efficiency, Finite, NonNegative, Positive, Several, Table
+from slewctl.files.fields import told as _told
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Efficiency = Annotated[float, Field(gt=0, le=1)]
-Count = Annotated[int, Field(ge=1)]
-T = TypeVar("T")
-# More is no comparison that anybody reads.
-Several = Annotated[list[T], Field(max_length=100)]
 # Of limits or of noise.
 MOST_SIGNALS = 100
 
 # What a design file may say that it is written for.
 DESIGN_SCHEMA = "slewctl-design/1"
-
-
-def _told(unit: str, meaning: str, example: object) -> Any:
-    """Return what the reference of design files says of a key.
-
-    Parameters
-    ----------
-    unit : str
-        "1" of a number without one; of what is no number, what it is.
-    meaning : str
-        A phrase.
-    example : object
-        A value, as TOML would be read; of a table, one of its keys at least.
-    """
-    return Field(description=meaning, examples=[example], json_schema_extra={"unit": unit})
-
-
-class Table(BaseModel):
-    """A TOML table that refuses unknown keys and converts nothing."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class BeamTable(Table):
@@ -73,26 +46,6 @@ class BeamTable(Table):
     ] = None
 
 
-class RectangleTable(Table):
-    """``section`` of ``[arm.beam]`` with a width: a rectangle."""
-
-    width: Annotated[Positive, _told("m", "across the plane of rotation", 0.03)]
-    thickness: Annotated[
-        Positive, _told("m", "in the plane of rotation: it bends across it", 1.5e-3)
-    ]
-    youngs_modulus: Annotated[Positive, _told("N/m²", "of the material", 2.0e11)]
-    density: Annotated[Positive, _told("kg/m³", "of the material", 7850.0)]
-
-
-class TubeTable(Table):
-    """``section`` of ``[arm.beam]`` with an outer diameter: a round tube, or a rod."""
-
-    outer_diameter: Annotated[Positive, _told("m", "of the tube", 0.04)]
-    inner_diameter: Annotated[NonNegative, _told("m", "of its hole", 0.036)] = 0.0
-    youngs_modulus: Annotated[Positive, _told("N/m²", "of the material", 7.0e10)]
-    density: Annotated[Positive, _told("kg/m³", "of the material", 2700.0)]
-
-
 class HubTable(Table):
     """``[arm.hub]``."""
 
@@ -108,39 +61,14 @@ class PayloadTable(Table):
     inertia: Annotated[NonNegative, _told("kg·m²", "about its own centre", 0.001)] = Payload.inertia
 
 
-class RayleighTable(Table):
-    """``[arm.damping]`` with kind = "rayleigh"."""
+class LumpedMassTable(Table):
+    """``[[arm.masses]]``."""
 
-    kind: Annotated[str, _told("text", "the law", "rayleigh")]
-    alpha: Annotated[NonNegative, _told("1/s", "of the mass matrix", 0.1)] = Rayleigh.alpha
-    beta: Annotated[NonNegative, _told("s", "of the stiffness matrix", 1e-4)] = Rayleigh.beta
-
-
-class KelvinVoigtTable(Table):
-    """``[arm.damping]`` with kind = "kelvin-voigt"."""
-
-    kind: Annotated[str, _told("text", "the law", "kelvin-voigt")]
-    retardation_time: Annotated[NonNegative, _told("s", "of the beam's material", 1e-4)]
-
-
-class EncoderTable(Table):
-    """A sensor of ``noise`` in ``[controller]`` that is an encoder of the hub's angle."""
-
-    encoder_counts: Annotated[Count, _told("1", "per turn of the hub, after quadrature", 4096)]
-    sample_time: Annotated[
-        Positive | None,
-        _told("s", "that it is read with; by default the controller's own", 0.005),
-    ] = None
-
-
-# Tables whose keys depend on what stands in them, by how the reference calls them.
-CHOSEN_TABLES: dict[str, type[Table]] = {
-    '`[arm.damping]` with `kind = "rayleigh"`': RayleighTable,
-    '`[arm.damping]` with `kind = "kelvin-voigt"`': KelvinVoigtTable,
-    "`section` of `[arm.beam]`, a rectangle": RectangleTable,
-    "`section` of `[arm.beam]`, a round tube": TubeTable,
-    "A sensor of `noise` in `[controller]`, an encoder": EncoderTable,
-}
+    x: Annotated[NonNegative, _told("m", "from the clamp", 0.3)]
+    mass: Annotated[NonNegative, _told("kg", "fixed to the beam there", 0.05)] = LumpedMass.mass
+    inertia: Annotated[NonNegative, _told("kg·m²", "about its own centre", 1e-5)] = (
+        LumpedMass.inertia
+    )
 
 
 class MotorTable(Table):
@@ -199,6 +127,10 @@ class ArmTable(Table):
     ] = None
     payload: Annotated[
         PayloadTable | None, _told("table", "what is fixed to the tip", {"mass": 0.1})
+    ] = None
+    masses: Annotated[
+        Several[LumpedMassTable] | None,
+        _told("tables", "rigid bodies fixed along the beam", [{"x": 0.3, "mass": 0.05}]),
     ] = None
     motor: Annotated[
         MotorTable | None,
@@ -344,49 +276,3 @@ class DesignTable(Table):
             {"heavy": {"payload_mass": 0.2}},
         ),
     ] = {}
-
-
-class GridTable(Table):
-    """``[[grid]]``: the values of each axis; every combination is tried."""
-
-    bases: Annotated[
-        list[str],
-        _told("list of text", "bases, or reductions of the truth", ["clamped-free", "slewing"]),
-    ] = list(Grid.bases)
-    orders: Annotated[list[Count], _told("list", "numbers of functions", [1, 2, 3])] = list(
-        Grid.orders
-    )
-    methods: Annotated[list[str], _told("list of text", "design methods", ["lqg"])] = list(
-        Grid.methods
-    )
-    hub_ratios: Annotated[
-        list[NonNegative], _told("list", "hub inertia over that of the beam", [0.0, 1.0])
-    ] = list(Grid.hub_ratios)
-    payload_ratios: Annotated[
-        list[NonNegative], _told("list", "payload mass over that of the beam", [0.0, 0.5])
-    ] = list(Grid.payload_ratios)
-    damping_ratios: Annotated[
-        list[NonNegative], _told("list", "ζ of every flexible mode", [0.005])
-    ] = list(Grid.damping_ratios)
-    bandwidths: Annotated[
-        list[Positive],
-        _told("list", "of the rigid arm under LQR, over the first flexible frequency", [0.3, 1.0]),
-    ] = list(Grid.bandwidths)
-    sensors: Annotated[
-        list[list[str]], _told("list of lists of text", "sets of sensors", [["theta", "theta_dot"]])
-    ] = [list(names) for names in Grid.sensors]
-
-
-class StudyTable(Table):
-    """A whole study file."""
-
-    title: Annotated[str, _told("text", "one line for reports", "A boom with a payload")] = ""
-    arm: Annotated[
-        ArmTable, _told("table", "the arm", {"catalogue": "paper-beam", "damping_ratio": 0.005})
-    ]
-    truth: Annotated[TruthTable, _told("table", "what the design is judged on", {"modes": 20})] = (
-        TruthTable()
-    )
-    grid: Annotated[
-        list[GridTable], _told("tables", "values of each axis, all combined", [{"orders": [1, 2]}])
-    ]

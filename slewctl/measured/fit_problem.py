@@ -104,7 +104,7 @@ class Problem:
 
     def residuals(self, coordinates: Array) -> Array:
         """Return f(p)/f − 1 of the measured modes, shape (m,)."""
-        basis = Polynomial(self.functions, self.arm.beam.breakpoints)
+        basis = Polynomial(self.functions, self.arm.breakpoints)
         found = modes_in(self.arm_at(coordinates), basis, max(self.modes), self.boundary)
         hz = found.omega[np.array(self.modes) - 1] / (2 * np.pi)
         return hz / self.measured_hz - 1

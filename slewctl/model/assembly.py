@@ -1,7 +1,7 @@
 """From an arm and a basis to M, D, K and b of M ẍ + D ẋ + K x = b τ, x = [θ, q] (eq. 41–42).
 
 Nothing is assembled from squared sums: mass and stiffness are kept as factors F and S with
-M = FᵀF and K_e = SᵀS (one row a quadrature point, hub or payload term), so that both are
+M = FᵀF and K_e = SᵀS (one row a quadrature point, hub or body term), so that both are
 symmetric and semidefinite by construction and the frequencies come from a singular value
 decomposition.  The low ones keep a relative accuracy of about ε·ω_k/ω_1, however stiff the
 highest function of the basis is.
@@ -128,7 +128,7 @@ def assemble(arm: Arm, basis: Basis | str, n: int | None = None) -> Model:
     -------
     Model
         With J, Φ̃, M_e and K_e of eq. 33 and 35 extended by the hub's inertia (with the
-        motor's rotor) and radius and the payload's mass and inertia; modal damping
+        motor's rotor) and radius, the payload and the masses along the beam; modal damping
         ``arm.damping_ratio`` on the flexible modes, the law ``arm.damping``, and
         ``arm.hub.friction`` on θ.  The integrals are exact to rounding
         for polynomial and tabulated profiles; for a callable they are refined until they
@@ -173,7 +173,7 @@ def factors(arm: Arm, basis: Basis) -> Factors:
     """Return the square-root factors of `arm` in `basis` (see `Factors`)."""
     profiles = (arm.beam.mass_profile, arm.beam.stiffness_profile)
     degrees = [profile.degree for profile in profiles]
-    breakpoints = (*arm.beam.breakpoints, *basis.breakpoints)
+    breakpoints = (*arm.breakpoints, *basis.breakpoints)
     exponent = 2 * basis.growth.exponent
     shape_degree = 2 * max(basis.growth.degree, 1)
     known = [d for d in degrees if d is not None]
@@ -195,17 +195,17 @@ def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
     weights = L * rule.weights
     mass_root = np.sqrt(weights * arm.beam.mass_profile(rule.xi))
     stiffness_root = np.sqrt(weights * arm.beam.stiffness_profile(rule.xi)) / L**2
-    tip = np.ones(1)
+    bodies = arm.bodies
     beam_rows = np.column_stack([r + L * rule.xi, basis.evaluate(rule.xi)])
-    tip_rows = np.column_stack([[r + L], basis.evaluate(tip)])
-    turn_rows = np.column_stack([[1.0], basis.evaluate(tip, 1) / L])
+    body_rows = np.column_stack([r + L * bodies.xi, basis.evaluate(bodies.xi)])
+    turn_rows = np.column_stack([np.ones(len(bodies.xi)), basis.evaluate(bodies.xi, 1) / L])
     hub_row = np.zeros((1, basis.n + 1))
     hub_row[0, 0] = math.sqrt(arm.hub_inertia)
     mass = np.vstack(
         [
             mass_root[:, None] * beam_rows,
-            math.sqrt(arm.payload.mass) * tip_rows,
-            math.sqrt(arm.payload.inertia) * turn_rows,
+            np.sqrt(bodies.mass)[:, None] * body_rows,
+            np.sqrt(bodies.inertia)[:, None] * turn_rows,
             hub_row,
         ]
     )

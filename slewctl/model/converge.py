@@ -70,7 +70,7 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
     modes : int
     boundary : {"hub-locked", "free"}
     """
-    edges = arm.beam.breakpoints
+    edges = arm.breakpoints
     panels = len(edges) + 1
     few = -(-12 // panels)
     terms = 3 + 2 * modes // panels + few

@@ -10,7 +10,6 @@ both sides and nothing is squared, so the accuracy is that of the whole matrix'.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -91,27 +90,27 @@ class PanelOperator:
 
     @cached_property
     def points(self) -> Array:
-        """The Gauss points and the tip."""
-        return np.append(self.rule.xi, 1.0)
+        """The Gauss points and those of the bodies."""
+        return np.append(self.rule.xi, self.arm.bodies.xi)
 
     @cached_property
     def mass_root(self) -> Array:
-        """√(m̄ dx) at the points and √m_t at the tip, shape (points, 1)."""
+        """√(m̄ dx) at the points and √m_i of the bodies, shape (points, 1)."""
         arm = self.arm
         masses = self.rule.weights * arm.beam.length * arm.beam.mass_profile(self.rule.xi)
-        return np.sqrt(np.append(masses, arm.payload.mass))[:, None]
+        return np.sqrt(np.append(masses, arm.bodies.mass))[:, None]
 
     @cached_property
-    def turn_root(self) -> float:
-        """√J_t/L."""
-        return math.sqrt(self.arm.payload.inertia) / self.arm.beam.length
+    def turn_root(self) -> Array:
+        """√J_i/L of the bodies, shape (bodies, 1)."""
+        return (np.sqrt(self.arm.bodies.inertia) / self.arm.beam.length)[:, None]
 
     @cached_property
     def rigid(self) -> Array:
-        """The unit column of the rigid rotation, shape (points + 2,)."""
+        """The unit column of the rigid rotation, shape (points + bodies + 1,)."""
         arm = self.arm
         lever = self.mass_root[:, 0] * (arm.hub.radius + arm.beam.length * self.points)
-        rest = [math.sqrt(arm.payload.inertia), math.sqrt(arm.hub_inertia)]
+        rest = np.sqrt([*arm.bodies.inertia, arm.hub_inertia])
         column = np.concatenate([lever, rest])
         return np.asarray(column / np.linalg.norm(column))
 
@@ -135,17 +134,17 @@ class PanelOperator:
         )
 
     def applied(self, vectors: Array) -> Array:
-        """Return R₂T⁻¹ x up to an orthogonal factor, shape (points + 2, k)."""
-        C, tip = self.coefficients(vectors), np.ones(1)
+        """Return R₂T⁻¹ x up to an orthogonal factor, shape (points + bodies + 1, k)."""
+        C, at = self.coefficients(vectors), self.arm.bodies.xi
         moved = self.mass_root * self.basis.combined(self.points, 0, C)
-        turned = self.turn_root * self.basis.combined(tip, 1, C)
-        return self.without_rotation(np.vstack([moved, turned, np.zeros_like(turned)]))
+        turned = self.turn_root * self.basis.combined(at, 1, C)
+        return self.without_rotation(np.vstack([moved, turned, np.zeros((1, C.shape[1]))]))
 
     def adjoint(self, rows: Array) -> Array:
         """Return the transpose of `applied` times `rows`, shape (n, k)."""
-        rows, tip = self.without_rotation(rows), np.ones(1)
-        moved = self.basis.projected(self.points, 0, self.mass_root * rows[:-2])
-        total = moved + self.turn_root * self.basis.projected(tip, 1, rows[-2:-1])
+        rows, at, count = self.without_rotation(rows), self.arm.bodies.xi, len(self.points)
+        moved = self.basis.projected(self.points, 0, self.mass_root * rows[:count])
+        total = moved + self.basis.projected(at, 1, self.turn_root * rows[count:-1])
         stacked = total.reshape(self.terms, self.panels, -1).transpose(1, 0, 2)
         solved = np.linalg.solve(self.strain[1].transpose(0, 2, 1), stacked)
         return np.asarray(solved.reshape(self.basis.n, -1))

@@ -75,7 +75,7 @@ def _moment(model: Model, x: float) -> Array:
     beam = model.arm.beam
     xi = x / beam.length
     # The profile and the shapes could round to different sides of the same step.
-    steps = np.array([*beam.breakpoints, *model.basis.breakpoints])
+    steps = np.array([*model.arm.breakpoints, *model.basis.breakpoints])
     for step in steps[np.abs(steps - xi) <= _ON_A_STEP]:
         xi = step + _ON_A_STEP
     at = np.array([xi])

@@ -19,6 +19,7 @@ from slewctl import (
     Hub,
     InputError,
     KelvinVoigt,
+    LumpedMass,
     Motor,
     Payload,
     Rayleigh,
@@ -88,6 +89,7 @@ def test_each_parameter_changes_its_property_alone() -> None:
         damping=Rayleigh(0.1, 1e-4),
         motor=Motor(1.0, 0.1, 0.1, rotor_inertia=1e-4),
         name="all",
+        masses=(LumpedMass(0.5, 0.1, 1e-3),),
     )
     expected = {
         "payload_mass": replace(arm, payload=Payload(2.0, 0.01)),
@@ -98,6 +100,7 @@ def test_each_parameter_changes_its_property_alone() -> None:
         "hub_inertia_factor": replace(arm, hub=Hub(1.0, 0.1, 0.2)),
         "stiffness_factor": replace(arm, beam=Beam(1.0, 2.0, 6.0)),
         "mass_factor": replace(arm, beam=Beam(1.0, 4.0, 3.0)),
+        "lumped_mass_factor": replace(arm, masses=(LumpedMass(0.5, 0.2, 2e-3),)),
         "damping_factor": replace(arm, damping_ratio=(0.02, 0.04), damping=Rayleigh(0.2, 2e-4)),
     }
     assert set(expected) == set(CHANGES)

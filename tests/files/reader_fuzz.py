@@ -10,7 +10,9 @@ from quick_design import QUICK
 
 from slewctl.errors import SlewctlError
 from slewctl.files import find_designs, read_arm, read_design, read_study
-from slewctl.files.schema import DesignTable, StudyTable, Table
+from slewctl.files.fields import Table
+from slewctl.files.schema import DesignTable
+from slewctl.files.study_schema import StudyTable
 
 DESIGNS = Path(__file__).parents[2] / "designs"
 WHOLE = [QUICK, *(path.read_text("utf-8") for path in sorted(DESIGNS.rglob("*.toml")))]

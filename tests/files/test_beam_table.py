@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from slewctl import Arm, Beam, InputError
+from slewctl import Arm, Beam, InputError, LumpedMass
 from slewctl.files import read_arm
 
 STEEL = "youngs_modulus = 2.0e11, density = 7850.0"
@@ -26,6 +26,22 @@ def test_a_section_makes_the_beam_that_python_makes_of_it(tmp_path: Path) -> Non
     )
     rod = arm_of(tmp_path, f"section = {{ outer_diameter = 0.02, {STEEL} }}")
     assert rod.beam == Beam.tube(0.6, outer_diameter=0.02, **steel)
+
+
+MASSES = "masses = [{ x = 0.25, mass = 0.05 }, { x = 0.6, mass = 0.1, inertia = 1e-4 }]"
+
+
+def test_masses_along_the_beam_are_read_and_written(tmp_path: Path) -> None:
+    arm = arm_of(tmp_path, RULER, head=f"[arm]\n{MASSES}")
+    assert arm.masses == (LumpedMass(0.25, 0.05), LumpedMass(0.6, 0.1, 1e-4))
+    path = tmp_path / "again.toml"
+    path.write_text(arm.to_toml(), encoding="utf-8")
+    assert read_arm(path) == arm
+
+
+def test_a_mass_beyond_the_tip_is_refused_on_its_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"arm.toml:2: arm.masses.1.x: 0.7 m is beyond the tip"):
+        arm_of(tmp_path, RULER, head=f"[arm]\n{MASSES.replace('0.6', '0.7')}")
 
 
 @pytest.mark.parametrize(

@@ -11,20 +11,19 @@ import pytest
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
-from slewctl import Hub, InputError, KelvinVoigt, Motor, Payload, Rayleigh
+from slewctl import Hub, InputError, KelvinVoigt, LumpedMass, Motor, Payload, Rayleigh
 from slewctl.basis import NAMES
 from slewctl.design import METHODS, options
+from slewctl.files.chosen_tables import CHOSEN_TABLES, KelvinVoigtTable, RayleighTable
 from slewctl.files.schema import (
-    CHOSEN_TABLES,
     DesignTable,
     HubTable,
-    KelvinVoigtTable,
+    LumpedMassTable,
     ModelTable,
     MotorTable,
     PayloadTable,
-    RayleighTable,
-    StudyTable,
 )
+from slewctl.files.study_schema import StudyTable
 
 
 def tables(table: type[BaseModel]) -> set[type[BaseModel]]:
@@ -93,6 +92,7 @@ def test_pages_made_of_the_schema_leave_nothing_out(monkeypatch: pytest.MonkeyPa
 DESCRIBED: list[tuple[type[BaseModel], type[Any], dict[str, Any]]] = [
     (HubTable, Hub, {}),
     (PayloadTable, Payload, {}),
+    (LumpedMassTable, LumpedMass, {"x": 0.1}),
     (RayleighTable, Rayleigh, {"kind": "rayleigh"}),
     (KelvinVoigtTable, KelvinVoigt, {"kind": "kelvin-voigt", "retardation_time": 1e-4}),
     (

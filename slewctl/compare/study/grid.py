@@ -307,7 +307,8 @@ def arm_of(base: Arm, setting: Setting) -> Arm:
     """Return the arm of a setting: the base's beam with the hub and payload wanted."""
     hub = replace(base.hub, inertia=setting.hub_ratio * beam_inertia(base))
     payload = Payload(setting.payload_ratio * beam_mass(base), base.payload.inertia)
-    return Arm(base.beam, hub, payload, damping_ratio=setting.damping_ratio, name=base.name)
+    ratio = setting.damping_ratio
+    return Arm(base.beam, hub, payload, ratio, name=base.name, masses=base.masses)
 
 
 def objective_of(arm: Arm, bandwidth: float, sensors: Sequence[str]) -> Objective:
