@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from slewctl.arm import (
         Arm,
         Beam,
+        Drag,
         Hub,
         KelvinVoigt,
         LumpedMass,
@@ -108,6 +109,7 @@ __all__ = [
     "ClampedFree",
     "Controller",
     "DesignError",
+    "Drag",
     "Fit",
     "GeneralisedPlant",
     "Hub",

@@ -6,7 +6,7 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.arm.beam import Beam
-    from slewctl.arm.damping import KelvinVoigt, Rayleigh
+    from slewctl.arm.damping import LAWS, DampingLaw, Drag, KelvinVoigt, Rayleigh
     from slewctl.arm.lumped import LumpedLink, quanser_lumped
     from slewctl.arm.masses import Bodies, LumpedMass
     from slewctl.arm.motor import Motor
@@ -15,9 +15,12 @@ if TYPE_CHECKING:
     from slewctl.arm.variation import vary
 
 __all__ = [
+    "LAWS",
     "Arm",
     "Beam",
     "Bodies",
+    "DampingLaw",
+    "Drag",
     "Hub",
     "KelvinVoigt",
     "LumpedLink",

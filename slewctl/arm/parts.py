@@ -5,24 +5,28 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm.beam import SAME_POINT, Beam, distinct
-from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.damping import LAWS, DampingLaw
 from slewctl.arm.magnitudes import check_size_or_zero
 from slewctl.arm.masses import Bodies, LumpedMass
 from slewctl.arm.motor import Motor
 from slewctl.arm.profiles import Stations
 from slewctl.errors import (
     InputError,
+    check_choice,
     check_damping_ratio,
     check_each,
     shown,
 )
 from slewctl.export import toml_text
+
+DampedModes = Literal["free", "hub-locked"]
+DAMPED_MODES: tuple[DampedModes, ...] = ("free", "hub-locked")
 
 
 @dataclass(frozen=True)
@@ -94,9 +98,13 @@ class Arm:
     hub : Hub
     payload : Payload
     damping_ratio : float or sequence of float
-        Damping ratio ζ of every flexible mode of the free arm, 0 <= ζ < 1; or of its first
-        modes one by one, the last value holding for all that follow.
-    damping : Rayleigh or KelvinVoigt, optional
+        Damping ratio ζ of every flexible mode, 0 <= ζ < 1; or of the first modes one by one,
+        the last value holding for all that follow.
+    damping_modes : {"free", "hub-locked"}
+        Whose ratios they are: those of the arm with its hub free to turn, or of the arm with
+        its hub held, as a data sheet or a test on a clamp gives them.  A ratio of the held arm
+        damps no turn of the hub; the modes of the free arm then have other, larger ones.
+    damping : Rayleigh, KelvinVoigt or Drag, optional
         A damping law.
     motor : Motor, optional
         What turns the hub; without one only the torque is known.
@@ -118,22 +126,24 @@ class Arm:
     hub: Hub = field(default_factory=Hub)
     payload: Payload = field(default_factory=Payload)
     damping_ratio: float | Sequence[float] = 0.0
-    damping: Rayleigh | KelvinVoigt | None = None
+    damping: DampingLaw | None = None
     motor: Motor | None = None
     name: str = "arm"
     masses: Sequence[LumpedMass] = ()
+    damping_modes: DampedModes = "free"
 
     def __post_init__(self) -> None:
         _check_part(self.beam, (Beam,), "beam")
         _check_part(self.hub, (Hub,), "hub")
         _check_part(self.payload, (Payload,), "payload")
-        _check_part(self.damping, (Rayleigh, KelvinVoigt, type(None)), "damping")
+        _check_part(self.damping, (*LAWS, type(None)), "damping")
         _check_part(self.motor, (Motor, type(None)), "motor")
         if not isinstance(self.name, str):
             raise InputError(
                 f"{shown(self.name)} is not text", where="arm.name", remedy="give a str"
             )
         object.__setattr__(self, "damping_ratio", _damping_ratio(self.damping_ratio))
+        check_choice(self.damping_modes, DAMPED_MODES, "arm.damping_modes")
         object.__setattr__(self, "masses", _masses(self.masses, self.beam.length))
 
     @cached_property
@@ -162,6 +172,16 @@ class Arm:
         ratio = self.damping_ratio
         given = (ratio,) if isinstance(ratio, float | int) else tuple(ratio)
         return np.array([given[min(k, len(given) - 1)] for k in range(modes)])
+
+    @property
+    def damping_told(self) -> str:
+        """Whose damping ratios are given, and which hold for the modes beyond them."""
+        ratio, modes = self.damping_ratio, self.damping_modes
+        given = ratio if isinstance(ratio, Sequence) else (ratio,)
+        if len(given) == 1:
+            return f"ζ = {given[0]:g} of every {modes} mode"
+        first = ", ".join(f"{value:g}" for value in given)
+        return f"ζ = {first} of the first {modes} modes, {given[-1]:g} of all beyond"
 
     def to_toml(self) -> str:
         """Return the arm as the ``[arm]`` of a design file, or a file of its own.
@@ -196,14 +216,15 @@ def arm_table(arm: Arm) -> dict[str, Any]:
     beam = {key: _written(getattr(arm.beam, key), f"beam.{key}")
             for key in ("length", "mass_per_length", "bending_stiffness")}  # fmt: skip
     table: dict[str, Any] = {"name": arm.name, "damping_ratio": arm.damping_ratio or None}
+    if arm.damping_modes != "free":
+        table["damping_modes"] = arm.damping_modes
     table["beam"] = beam
     table["masses"] = [_kept(asdict(mass)) or {"x": 0.0} for mass in arm.masses] or None
     for key in ("hub", "payload", "motor"):
         part = getattr(arm, key)
         table[key] = None if part is None else _kept(asdict(part))
     if arm.damping is not None:
-        kind = "rayleigh" if isinstance(arm.damping, Rayleigh) else "kelvin-voigt"
-        table["damping"] = {"kind": kind, **asdict(arm.damping)}
+        table["damping"] = {"kind": arm.damping.kind, **asdict(arm.damping)}
     return table
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.damping import DampingLaw
 from slewctl.arm.masses import LumpedMass
 from slewctl.arm.parts import Arm, Beam
 from slewctl.arm.profiles import ProfileSpec, Stations
@@ -167,9 +167,7 @@ def scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:
     return factor * spec
 
 
-def _damping(
-    arm: Arm, factor: float
-) -> tuple[float | Sequence[float], Rayleigh | KelvinVoigt | None]:
+def _damping(arm: Arm, factor: float) -> tuple[float | Sequence[float], DampingLaw | None]:
     """Return the damping ratios and the damping law times the factor."""
     ratio, law = arm.damping_ratio, arm.damping
     if factor == 1:
@@ -178,8 +176,7 @@ def _damping(
     ratios = (
         [factor * value for value in ratio] if isinstance(ratio, Sequence) else [factor * ratio]
     )
-    coefficients = law.coefficients if law is not None else ()
-    if not any(ratios) and not any(coefficients):
+    if not any(ratios) and not (law and any(asdict(law).values())):
         raise InputError(
             "the arm has no damping to multiply",
             where="damping_factor",
@@ -191,8 +188,4 @@ def _damping(
             where="damping_factor",
             remedy="keep every damping ratio below 1",
         )
-    if isinstance(law, Rayleigh):
-        law = Rayleigh(factor * law.alpha, factor * law.beta)
-    elif isinstance(law, KelvinVoigt):
-        law = KelvinVoigt(factor * law.retardation_time)
-    return (tuple(ratios) if several else ratios[0]), law
+    return (tuple(ratios) if several else ratios[0]), law and law.scaled(factor)

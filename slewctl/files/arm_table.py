@@ -9,20 +9,20 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from slewctl.arm import (
+    LAWS,
     Arm,
+    DampingLaw,
     Hub,
-    KelvinVoigt,
     LumpedMass,
     Motor,
     Payload,
-    Rayleigh,
     catalogue,
 )
 from slewctl.breakdown import computing
 from slewctl.errors import InputError, check_choice
 from slewctl.files.beam_table import beam_of_table
-from slewctl.files.chosen_tables import KelvinVoigtTable, RayleighTable
-from slewctl.files.faults import Faults
+from slewctl.files.chosen_tables import DragTable, KelvinVoigtTable, RayleighTable
+from slewctl.files.faults import Faults, missing
 from slewctl.files.fields import Table
 from slewctl.files.refusals import validate
 from slewctl.files.schema import ArmTable
@@ -30,10 +30,8 @@ from slewctl.files.source import read_source
 
 Part = TypeVar("Part", Hub, Payload)
 # Kind of damping law: the table that describes it, and the law.
-_LAWS: dict[str, tuple[type[Table], type[Rayleigh | KelvinVoigt]]] = {
-    "rayleigh": (RayleighTable, Rayleigh),
-    "kelvin-voigt": (KelvinVoigtTable, KelvinVoigt),
-}
+_TABLES: tuple[type[Table], ...] = (RayleighTable, KelvinVoigtTable, DragTable)
+_LAWS = {law.kind: (table, law) for table, law in zip(_TABLES, LAWS, strict=True)}
 
 
 def find_arm(name: str) -> Arm:
@@ -142,8 +140,11 @@ def arm_of_table(table: ArmTable) -> Arm:
         "motor": table.motor and faults.attempt(Motor, **table.motor.model_dump()),
         "damping": None if table.damping is None else faults.attempt(_damping, table.damping),
         "damping_ratio": ratio,
+        "damping_modes": table.damping_modes,
         "name": table.name or None,
     }
+    if table.damping_modes is not None and ratio is None and not (arm and arm.damping_ratio):
+        faults.add([missing("arm.damping_ratio")])
     given = {key: part for key, part in parts.items() if part is not None}
     # What is wrong with the whole is looked for even if one of its parts is.
     whole = faults.attempt(replace, arm or catalogue.get(catalogue.names()[0]), **given)
@@ -168,7 +169,7 @@ def _unchanged(table: ArmTable) -> Arm:
     return catalogue.get(check_choice(str(table.catalogue), catalogue.names(), "arm.catalogue"))
 
 
-def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:
+def _damping(content: Mapping[str, Any]) -> DampingLaw:
     """Return the damping law of ``[arm.damping]``, whose kind says which keys it takes."""
     if "kind" not in content:
         raise InputError(

@@ -43,6 +43,13 @@ class KelvinVoigtTable(Table):
     retardation_time: Annotated[NonNegative, told("s", "of the beam's material", 1e-4)]
 
 
+class DragTable(Table):
+    """``[arm.damping]`` with kind = "drag"."""
+
+    kind: Annotated[str, told("text", "the law", "drag")]
+    per_length: Annotated[NonNegative, told("N·s/m²", "force per length and velocity", 0.1)]
+
+
 class EncoderTable(Table):
     """A sensor of ``noise`` in ``[controller]`` that is an encoder of the hub's angle."""
 
@@ -57,6 +64,7 @@ class EncoderTable(Table):
 CHOSEN_TABLES: dict[str, type[Table]] = {
     '`[arm.damping]` with `kind = "rayleigh"`': RayleighTable,
     '`[arm.damping]` with `kind = "kelvin-voigt"`': KelvinVoigtTable,
+    '`[arm.damping]` with `kind = "drag"`': DragTable,
     "`section` of `[arm.beam]`, a rectangle": RectangleTable,
     "`section` of `[arm.beam]`, a round tube": TubeTable,
     "A sensor of `noise` in `[controller]`, an encoder": EncoderTable,

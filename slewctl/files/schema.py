@@ -143,7 +143,9 @@ class ArmTable(Table):
     damping: Annotated[
         dict[str, Any] | None,
         _told(
-            "table", "a damping law, rayleigh or kelvin-voigt", {"kind": "rayleigh", "beta": 1e-4}
+            "table",
+            "a damping law: rayleigh, kelvin-voigt or drag",
+            {"kind": "rayleigh", "beta": 1e-4},
         ),
     ] = None
     damping_ratio: Annotated[
@@ -152,6 +154,14 @@ class ArmTable(Table):
             "1",
             "ζ of every flexible mode, or a list: the last value holds for all that follow",
             0.005,
+        ),
+    ] = None
+    damping_modes: Annotated[
+        str | None,
+        _told(
+            "text",
+            "whose modes have these ratios: free (the default) or hub-locked",
+            "hub-locked",
         ),
     ] = None
 

@@ -19,7 +19,7 @@ from scipy.linalg import qr, solve_triangular
 from slewctl._show import Described
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.arm import Arm
+from slewctl.arm import Arm, Drag
 from slewctl.basis import Basis
 from slewctl.basis.named import described
 from slewctl.errors import InputError, shown
@@ -61,7 +61,8 @@ class Model(Described):
     def __str__(self) -> str:
         hertz = ", ".join(f"{f:.4g}" for f in self.frequencies_hz[:4])
         more = " …" if self.n > 4 else ""
-        return f"{self.arm.name} on {self.n} {self.basis.name} functions: {hertz}{more} Hz"
+        of = f"; {self.arm.damping_told}" if self.arm.damping_modes == "hub-locked" else ""
+        return f"{self.arm.name} on {self.n} {self.basis.name} functions: {hertz}{more} Hz{of}"
 
     def __post_init__(self) -> None:
         for name in ("mass", "damping", "stiffness", "input", "omega", "mode_shapes"):
@@ -104,10 +105,13 @@ class Factors:
         F with M = FᵀF.
     stiffness : ndarray, shape (m, n)
         S with K_e = SᵀS.
+    drag : ndarray, shape (l, n+1)
+        C with CᵀC the damping by drag along the beam; no row where there is none.
     """
 
     mass: Array
     stiffness: Array
+    drag: Array
     quadrature_error: float = field(default=UNIT_ROUNDOFF)
 
 
@@ -129,7 +133,8 @@ def assemble(arm: Arm, basis: Basis | str, n: int | None = None) -> Model:
     Model
         With J, Φ̃, M_e and K_e of eq. 33 and 35 extended by the hub's inertia (with the
         motor's rotor) and radius, the payload and the masses along the beam; modal damping
-        ``arm.damping_ratio`` on the flexible modes, the law ``arm.damping``, and
+        ``arm.damping_ratio`` on the flexible modes, hub free or locked (those that the basis
+        has, the last ratio on all beyond those given), the law ``arm.damping``, and
         ``arm.hub.friction`` on θ.  The integrals are exact to rounding
         for polynomial and tabulated profiles; for a callable they are refined until they
         settle, and `Model.quadrature_error` says how far.
@@ -182,12 +187,13 @@ def factors(arm: Arm, basis: Basis) -> Factors:
         return _factors_on(arm, basis, rule)
     degree = shape_degree + SAMPLED_DEGREE
 
-    def build(points: tuple[float, ...]) -> tuple[Array, Array]:
+    def build(points: tuple[float, ...]) -> tuple[Array, ...]:
         found = _factors_on(arm, basis, composite(points, exponent, degree))
-        return found.mass, found.stiffness
+        drag = (found.drag,) if len(found.drag) else ()
+        return found.mass, found.stiffness, *drag
 
-    (mass, stiffness), change = settled(build, breakpoints, "beam")
-    return Factors(mass, stiffness, change)
+    (mass, stiffness, *drag), change = settled(build, breakpoints, "beam")
+    return Factors(mass, stiffness, drag[0] if drag else np.zeros((0, basis.n + 1)), change)
 
 
 def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
@@ -209,7 +215,10 @@ def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
             hub_row,
         ]
     )
-    return Factors(mass, stiffness_root[:, None] * basis.evaluate(rule.xi, 2))
+    drag = np.zeros((0, basis.n + 1))
+    if isinstance(arm.damping, Drag):
+        drag = np.sqrt(weights * arm.damping.per_length)[:, None] * beam_rows
+    return Factors(mass, stiffness_root[:, None] * basis.evaluate(rule.xi, 2), drag)
 
 
 def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
@@ -220,7 +229,7 @@ def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
     mass = parts.mass.T @ parts.mass
     stiffness = np.zeros((n + 1, n + 1))
     stiffness[1:, 1:] = parts.stiffness.T @ parts.stiffness
-    damping = _damping(arm, mass, stiffness, omega, modes)
+    damping = _damping(arm, parts, mass, stiffness, RitzModes(omega, modes[:, 1:]))
     force = np.zeros(n + 1)
     force[0] = 1.0
     return Model(arm, basis, mass, damping, stiffness, force, omega, modes, parts.quadrature_error)
@@ -234,20 +243,36 @@ def tip_signs(basis: Basis, shapes: Array) -> Array:
     return np.where(basis.combined(np.ones(1), 0, shapes) < 0, -1.0, 1.0)
 
 
-def _damping(arm: Arm, mass: Array, stiffness: Array, omega: Array, modes: Array) -> Array:
+def _damping(arm: Arm, parts: Factors, mass: Array, stiffness: Array, free: RitzModes) -> Array:
     """Return D: modal damping, the arm's damping law and the friction at its hub.
 
     Modal damping is M U diag(2ζω) UᵀM; its θ row vanishes, since turning the arm as a rigid
-    body bends nothing, and is set to exactly zero.
+    body bends nothing, and is set to exactly zero.  Of hub-locked modes V it is
+    M_e V diag(2ζω) VᵀM_e on q alone.
     """
-    momenta = (mass @ modes[:, 1:])[1:] * np.sqrt(2 * arm.damping_ratios(len(omega)) * omega)
     damping = np.zeros_like(mass)
-    damping[1:, 1:] = momenta @ momenta.T
+    if arm.damping_modes == "hub-locked":
+        damping[1:, 1:] = locked_damping(arm, parts)
+    else:
+        damping[1:, 1:] = _modal_damping(arm, (mass @ free.shapes)[1:], free.omega)
+    damping += parts.drag.T @ parts.drag
     if arm.damping is not None:
         alpha, beta = arm.damping.coefficients
         damping += alpha * mass + beta * stiffness
     damping[0, 0] += arm.hub.friction
     return damping
+
+
+def locked_damping(arm: Arm, parts: Factors) -> Array:
+    """Return D on q of the damping ratios of the hub-locked modes, shape (n, n)."""
+    held, bending = ritz_modes(parts, "hub-locked"), parts.mass[:, 1:]
+    return _modal_damping(arm, bending.T @ (bending @ held.shapes), held.omega)
+
+
+def _modal_damping(arm: Arm, momenta: Array, omega: Array) -> Array:
+    """Return Σ 2ζω p pᵀ over modes with these momenta p, one a column."""
+    scaled = momenta * np.sqrt(2 * arm.damping_ratios(len(omega)) * omega)
+    return np.asarray(scaled @ scaled.T)
 
 
 def _modes(parts: Factors) -> tuple[Array, Array]:

@@ -24,7 +24,7 @@ _ROUGHLY = 1e-6
 _MOST_FUNCTIONS = 400
 _MOST_TERMS = 6  # of each panel
 # Up to here all modes of the matrices cost less than the few that are asked for.
-_SMALL = 400
+SMALL = 400
 
 
 def check_modes(modes: object, where: str) -> int:
@@ -108,7 +108,7 @@ def modes_in(
     tolerance : float
         Relative error of the shapes; that of the frequencies is its square.
     """
-    if basis.n <= max(_SMALL, 3 * trials(modes)):
+    if basis.n <= max(SMALL, 3 * trials(modes)):
         return ritz_modes(factors(arm, basis), boundary)
     start = coarse.shapes[:, : trials(modes)] if coarse else None
     return lowest_modes(arm, basis, modes, boundary, start, tolerance)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.arm import Arm
-from slewctl.basis import Basis, Combined
-from slewctl.model.assembly import Model, assemble, check_arm, tip_signs
-from slewctl.model.converge import check_modes, converged
+from slewctl.basis import Basis, Combined, Polynomial
+from slewctl.model.assembly import Model, assemble, check_arm, factors, locked_damping, tip_signs
+from slewctl.model.converge import SMALL, check_modes, converged
 
 # Twice and more what a design model has; a verdict is repeated on twice as many.
 DEFAULT_MODES = 20
@@ -50,6 +50,7 @@ class Truth(Model):
             f"truth of {self.arm.name}: {self.modes} modes to {self.frequencies_hz[-1]:.4g} Hz, "
             f"frequencies converged to {self.tolerance:.0e} relative "
             f"({self.functions} polynomial functions)"
+            + (f"; {self.arm.damping_told}" if self.arm.damping_modes == "hub-locked" else "")
         )
 
 
@@ -122,8 +123,23 @@ def _truth(arm: Arm, modes: int) -> Truth:
     found = converged(arm, modes, "free")
     shapes = found.shapes * tip_signs(found.basis, found.shapes)
     model = assemble(arm, Combined(modes, found.basis, shapes))
+    if arm.damping_modes == "hub-locked" and found.basis.n <= SMALL:
+        model = _damped_by_all(model, found.basis, shapes)
     return Truth(
         **{name: getattr(model, name) for name in Model.__dataclass_fields__},
         frequency_errors=found.errors + model.quadrature_error,
         functions=found.basis.n,
     )
+
+
+def _damped_by_all(model: Model, basis: Polynomial, shapes: Array) -> Model:
+    """Return a truth with the damping of all hub-locked modes that its polynomials have.
+
+    Those of the few free modes that are kept would do only as well as these free modes bend at
+    the clamp: without hub inertia not at all, so that the damping would converge like 1/n.
+    """
+    own = locked_damping(model.arm, factors(model.arm, model.basis))
+    damping = model.damping.copy()
+    damping[1:, 1:] += shapes.T @ locked_damping(model.arm, factors(model.arm, basis)) @ shapes
+    damping[1:, 1:] -= own
+    return replace(model, damping=damping)
