@@ -123,7 +123,7 @@ REFUSALS = [
     ("damping_ratio = 0.01", 'damping_ratio = "a"', "arm.damping_ratio: 'a' is not a finite number; give a number"),
     ("hub =", "damping = { alpha = 1 }\nhub =", "arm.damping.kind: missing; add it, one of rayleigh, kelvin-voigt"),
     ("hub =", 'damping = { kind = "raleigh" }\nhub =', "arm.damping.kind: unknown name 'raleigh'; did you mean 'rayleigh'"),
-    ("hub =", "damping = { kind = 3 }\nhub =", "arm.damping.kind: unknown name 3; known: kelvin-voigt, rayleigh"),
+    ("hub =", "damping = { kind = 3 }\nhub =", "arm.damping.kind: unknown name 3; known: drag, kelvin-voigt, rayleigh"),
     ("hub =", 'damping = { kind = "rayleigh", beta = -1 }\nhub =', "arm.damping.beta: -1 is not allowed; give a value greater than or equal to 0"),
     ("hub =", 'damping = { kind = "rayleigh", betta = 1 }\nhub =', "arm.damping.betta: unknown key; did you mean 'beta'"),
     ("hub =", 'damping = { kind = "rayleigh", retardation_time = 1 }\nhub =', "arm.damping.retardation_time: unknown key; known: alpha, beta, kind"),
