@@ -20,14 +20,26 @@ if TYPE_CHECKING:
         Hub,
         KelvinVoigt,
         LumpedMass,
+        ModalData,
         Motor,
         Payload,
+        Place,
         Rayleigh,
         Stations,
+        equal_appendages,
+        stacked_appendages,
         vary,
     )
     from slewctl.arm import catalogue as arms
-    from slewctl.basis import ArmMatched, ClampedFree, HubMatched, Polynomial, Slewing, WithStatic
+    from slewctl.basis import (
+        ArmMatched,
+        ClampedFree,
+        HubMatched,
+        Modal,
+        Polynomial,
+        Slewing,
+        WithStatic,
+    )
     from slewctl.compare import compare as compare_designs
     from slewctl.compare import recommend, run_study, worst_case
     from slewctl.design import (
@@ -83,6 +95,7 @@ if TYPE_CHECKING:
         assemble,
         hub_locked_frequencies_hz,
         large_slew,
+        modal_data,
         spin_frequencies_hz,
         truth,
     )
@@ -119,11 +132,14 @@ __all__ = [
     "Loop",
     "LumpedMass",
     "Margins",
+    "Modal",
+    "ModalData",
     "Model",
     "Motor",
     "NonlinearModel",
     "Objective",
     "Payload",
+    "Place",
     "Polynomial",
     "Problem",
     "Rayleigh",
@@ -145,6 +161,7 @@ __all__ = [
     "dlqe",
     "dlqr",
     "encoder_noise",
+    "equal_appendages",
     "fit",
     "generalised_plant",
     "given",
@@ -162,6 +179,7 @@ __all__ = [
     "lqg",
     "lqr",
     "margins",
+    "modal_data",
     "modal_truncation",
     "multiloop_margins",
     "ncf_margin",
@@ -183,6 +201,7 @@ __all__ = [
     "small_gain",
     "spillover",
     "spin_frequencies_hz",
+    "stacked_appendages",
     "state_space",
     "truth",
     "variance_bound",

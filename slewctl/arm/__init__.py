@@ -5,10 +5,12 @@ from typing import TYPE_CHECKING
 from slewctl._lazy import attach
 
 if TYPE_CHECKING:
+    from slewctl.arm.appendages import equal_appendages, stacked_appendages
     from slewctl.arm.beam import Beam
     from slewctl.arm.damping import LAWS, DampingLaw, Drag, KelvinVoigt, Rayleigh
     from slewctl.arm.lumped import LumpedLink, quanser_lumped
     from slewctl.arm.masses import Bodies, LumpedMass
+    from slewctl.arm.modal_data import ModalData, Place, require_beam
     from slewctl.arm.motor import Motor
     from slewctl.arm.parts import Arm, Hub, Payload
     from slewctl.arm.profiles import Profile, ProfileSpec, Stations
@@ -25,13 +27,18 @@ __all__ = [
     "KelvinVoigt",
     "LumpedLink",
     "LumpedMass",
+    "ModalData",
     "Motor",
     "Payload",
+    "Place",
     "Profile",
     "ProfileSpec",
     "Rayleigh",
     "Stations",
+    "equal_appendages",
     "quanser_lumped",
+    "require_beam",
+    "stacked_appendages",
     "vary",
 ]
 

@@ -11,9 +11,10 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm.beam import SAME_POINT, Beam, distinct
-from slewctl.arm.damping import LAWS, DampingLaw
+from slewctl.arm.damping import LAWS, DampingLaw, Drag
 from slewctl.arm.magnitudes import check_size_or_zero
 from slewctl.arm.masses import Bodies, LumpedMass
+from slewctl.arm.modal_data import ModalData
 from slewctl.arm.motor import Motor
 from slewctl.arm.profiles import Stations
 from slewctl.errors import (
@@ -94,16 +95,17 @@ class Arm:
 
     Parameters
     ----------
-    beam : Beam
+    beam : Beam or ModalData
     hub : Hub
     payload : Payload
     damping_ratio : float or sequence of float
         Damping ratio ζ of every flexible mode, 0 <= ζ < 1; or of the first modes one by one,
         the last value holding for all that follow.
-    damping_modes : {"free", "hub-locked"}
+    damping_modes : {"free", "hub-locked"}, optional
         Whose ratios they are: those of the arm with its hub free to turn, or of the arm with
         its hub held, as a data sheet or a test on a clamp gives them.  A ratio of the held arm
-        damps no turn of the hub; the modes of the free arm then have other, larger ones.
+        damps no turn of the hub; the modes of the free arm then have other, larger ones.  By
+        default those of the free arm, and with modal data those of the held one.
     damping : Rayleigh, KelvinVoigt or Drag, optional
         A damping law.
     motor : Motor, optional
@@ -130,7 +132,7 @@ class Arm:
     motor: Motor | None = None
     name: str = "arm"
     masses: Sequence[LumpedMass] = ()
-    damping_modes: DampedModes = "free"
+    damping_modes: DampedModes | None = None
 
     def __post_init__(self) -> None:
         _check_part(self.beam, (Beam,), "beam")
@@ -143,8 +145,36 @@ class Arm:
                 f"{shown(self.name)} is not text", where="arm.name", remedy="give a str"
             )
         object.__setattr__(self, "damping_ratio", _damping_ratio(self.damping_ratio))
+        modal = isinstance(self.beam, ModalData)
+        if self.damping_modes is None:
+            object.__setattr__(self, "damping_modes", "hub-locked" if modal else "free")
         check_choice(self.damping_modes, DAMPED_MODES, "arm.damping_modes")
-        object.__setattr__(self, "masses", _masses(self.masses, self.beam.length))
+        object.__setattr__(self, "masses", _masses(self.masses, self.beam))
+        if isinstance(self.beam, ModalData):
+            self._refuse_beside(self.beam)
+
+    def _refuse_beside(self, data: ModalData) -> None:
+        """Refuse what modal data contain already, or cannot have."""
+        data.rigid_remainder(self.hub_inertia)
+        wrong = {
+            "payload": self.payload != Payload(),
+            "hub.radius": self.hub.radius != 0,
+            "damping": isinstance(self.damping, Drag),
+        }
+        for name, given in wrong.items():
+            if given:
+                raise InputError(
+                    "modal data are of the whole structure, with all that is fixed to it",
+                    where=f"arm.{name}",
+                    remedy="leave it out, and give the data of the structure that has it",
+                )
+
+    @property
+    def reach(self) -> float:
+        """Distance of the tip from the axis, in m."""
+        if isinstance(self.beam, ModalData):
+            return self.beam.lever("tip")
+        return self.hub.radius + self.beam.length
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -213,12 +243,12 @@ class Arm:
 
 def arm_table(arm: Arm) -> dict[str, Any]:
     """Return an arm as the ``[arm]`` table of a design file; what is zero is left out."""
-    beam = {key: _written(getattr(arm.beam, key), f"beam.{key}")
-            for key in ("length", "mass_per_length", "bending_stiffness")}  # fmt: skip
+    flexible = _flexible_table(arm.beam)
     table: dict[str, Any] = {"name": arm.name, "damping_ratio": arm.damping_ratio or None}
-    if arm.damping_modes != "free":
+    default = "hub-locked" if "modal_data" in flexible else "free"
+    if arm.damping_modes != default:
         table["damping_modes"] = arm.damping_modes
-    table["beam"] = beam
+    table |= flexible
     table["masses"] = [_kept(asdict(mass)) or {"x": 0.0} for mass in arm.masses] or None
     for key in ("hub", "payload", "motor"):
         part = getattr(arm, key)
@@ -226,6 +256,14 @@ def arm_table(arm: Arm) -> dict[str, Any]:
     if arm.damping is not None:
         table["damping"] = {"kind": arm.damping.kind, **asdict(arm.damping)}
     return table
+
+
+def _flexible_table(beam: Beam) -> dict[str, Any]:
+    """Return ``[arm.beam]`` or ``[arm.modal_data]``."""
+    if isinstance(beam, ModalData):
+        return {"modal_data": beam.table()}
+    keys = ("length", "mass_per_length", "bending_stiffness")
+    return {"beam": {key: _written(getattr(beam, key), f"beam.{key}") for key in keys}}
 
 
 def _kept(values: Mapping[str, float | None]) -> dict[str, float] | None:
@@ -244,7 +282,7 @@ def _written(spec: Any, where: str) -> Any:
     return spec
 
 
-def _masses(given: object, length: float) -> tuple[LumpedMass, ...]:
+def _masses(given: object, beam: Beam) -> tuple[LumpedMass, ...]:
     """Return the masses along a beam as a tuple."""
     if not isinstance(given, Sequence):
         raise InputError(
@@ -254,9 +292,9 @@ def _masses(given: object, length: float) -> tuple[LumpedMass, ...]:
         )
     for place, mass in enumerate(given):
         _check_part(mass, (LumpedMass,), f"masses.{place}")
-        if mass.x > length * (1 + SAME_POINT):
+        if mass.x > beam.length * (1 + SAME_POINT):
             raise InputError(
-                f"{mass.x:g} m is beyond the tip of a beam of {length:g} m",
+                f"{mass.x:g} m is beyond the tip of a beam of {beam.length:g} m",
                 where=f"arm.masses.{place}.x",
                 remedy="give a place on the beam, in m from the clamp",
             )

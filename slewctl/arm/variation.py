@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.arm.damping import DampingLaw
 from slewctl.arm.masses import LumpedMass
+from slewctl.arm.modal_data import ModalData
 from slewctl.arm.parts import Arm, Beam
 from slewctl.arm.profiles import ProfileSpec, Stations
 from slewctl.errors import InputError, check_nonnegative, check_positive, shown
@@ -38,6 +40,9 @@ def vary(
     stiffness_factor: float | None = None,
     mass_factor: float | None = None,
     lumped_mass_factor: float | None = None,
+    frequency_factor: float | None = None,
+    coupling_factor: float | None = None,
+    inertia_factor: float | None = None,
     damping_factor: float | None = None,
 ) -> Arm:
     """Return `arm` with some of its properties changed and everything else kept.
@@ -56,6 +61,10 @@ def vary(
         Times EI and m̄ all along the beam, whatever kind of profile they are.
     lumped_mass_factor : float, optional
         Times the mass and the inertia of every lumped mass on the beam.
+    frequency_factor : float, optional
+        Times the frequencies with the hub held: EI times its square.
+    coupling_factor, inertia_factor : float, optional
+        Times the couplings and the inertia of `ModalData`, for an arm that is made of them.
     damping_factor : float, optional
         Times the modal damping ratios and the coefficients of the damping law; the hub's
         friction has its own parameter.
@@ -87,8 +96,11 @@ def vary(
         arm,
         beam=_beam(
             arm.beam,
-            _factor(mass_factor, "mass_factor"),
-            _factor(stiffness_factor, "stiffness_factor"),
+            mass=_factor(mass_factor, "mass_factor"),
+            stiffness=_factor(stiffness_factor, "stiffness_factor"),
+            frequency=_factor(frequency_factor, "frequency_factor"),
+            coupling=_factor(coupling_factor, "coupling_factor"),
+            inertia=_factor(inertia_factor, "inertia_factor"),
         ),
         hub=replace(
             hub,
@@ -142,14 +154,36 @@ def _masses(arm: Arm, factor: float | None) -> Sequence[LumpedMass]:
     return tuple(mass.scaled(scale) for mass in arm.masses)
 
 
-def _beam(beam: Beam, mass_factor: float, stiffness_factor: float) -> Beam:
-    if mass_factor == stiffness_factor == 1:
+def _beam(
+    beam: Beam,
+    *,
+    mass: float,
+    stiffness: float,
+    frequency: float,
+    coupling: float,
+    inertia: float,
+) -> Beam:
+    if isinstance(beam, ModalData):
+        _refuse_factor({"mass_factor": mass}, "modal data tell of no mass by itself")
+        frequencies = frequency * math.sqrt(stiffness)
+        return beam.scaled(frequency=frequencies, coupling=coupling, inertia=inertia)
+    of_data = {"coupling_factor": coupling, "inertia_factor": inertia}
+    _refuse_factor(of_data, "the arm has a beam and no modal data")
+    stiffness *= frequency**2
+    if mass == stiffness == 1:
         return beam
     return Beam(
         beam.length,
-        scaled(beam.mass_per_length, mass_factor),
-        scaled(beam.bending_stiffness, stiffness_factor),
+        scaled(beam.mass_per_length, mass),
+        scaled(beam.bending_stiffness, stiffness),
     )
+
+
+def _refuse_factor(factors: Mapping[str, float], why: str) -> None:
+    """Refuse factors that multiply nothing."""
+    for name, factor in factors.items():
+        if factor != 1:
+            raise InputError(why, where=name, remedy="leave it out")
 
 
 def scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
-from slewctl.arm import Arm
-from slewctl.basis import NAMES
+from slewctl.arm import Arm, ModalData
+from slewctl.basis import MODAL, NAMES, bases_of
 from slewctl.design import METHODS, options
 from slewctl.errors import InputError, check_choice, check_count, check_each, shown, suggest
 from slewctl.loop import Slew
@@ -46,7 +46,7 @@ class Case:
     truth_modes : int
         Flexible modes that the truth keeps; not fewer than any n compared.
     bases : tuple of str
-        Bases that a comparison tries.
+        Bases that a comparison tries; by default, of an arm from modal data, its modes.
     orders : tuple of int
         Numbers of functions that a comparison tries.
 
@@ -73,7 +73,9 @@ class Case:
     def __post_init__(self) -> None:
         object.__setattr__(self, "bases", tuple(self.bases))
         object.__setattr__(self, "orders", tuple(self.orders))
-        check_choice(self.basis, NAMES, "model.basis")
+        self._keep_to_modal_data()
+        check_choice(self.basis, (*NAMES, MODAL), "model.basis")
+        self._check_basis()
         check_choice(self.method, METHODS, "controller.method")
         known = options(self.method)
         for key in self.options:
@@ -84,7 +86,8 @@ class Case:
                     remedy=suggest(key, known) if known else "leave it out",
                 )
         check_count(self.n, "model.n")
-        check_each(self.bases, "compare.bases", lambda name, at: check_choice(name, NAMES, at))
+        known = bases_of(self.arm)
+        check_each(self.bases, "compare.bases", lambda name, at: check_choice(name, known, at))
         check_each(self.orders, "compare.orders", check_count)
         if self.truth_modes > MOST_TRUTH_MODES:
             raise InputError(
@@ -107,6 +110,33 @@ class Case:
                 + ("" if largest == self.n else ", which compare.orders asks for"),
                 where="truth.modes",
                 remedy=f"keep at least {min(2 * largest, MOST_TRUTH_MODES)} modes (truth.modes)",
+            )
+
+    def _keep_to_modal_data(self) -> None:
+        """Compare an arm from modal data on its modes where nobody asks for something else."""
+        if not isinstance(self.arm.beam, ModalData):
+            return
+        given = {field.name: field.default for field in fields(self)}
+        if self.bases == given["bases"]:
+            object.__setattr__(self, "bases", (MODAL,))
+        if self.orders == given["orders"]:
+            orders = tuple(n for n in self.orders if n <= self.arm.beam.modes)
+            object.__setattr__(self, "orders", orders)
+
+    def _check_basis(self) -> None:
+        """Refuse a basis, or a number of functions, that the arm cannot have."""
+        known, beam = bases_of(self.arm), self.arm.beam
+        if self.basis not in known:
+            raise InputError(
+                f"the arm {'has a beam' if MODAL in self.basis else 'is known by its modes alone'}",
+                where="model.basis",
+                remedy=f"use {' or '.join(known)}",
+            )
+        if isinstance(beam, ModalData) and self.n > beam.modes:
+            raise InputError(
+                f"{self.n} modes of an arm whose data give {beam.modes}",
+                where="model.n",
+                remedy=f"give at most {beam.modes}",
             )
 
     @property

@@ -15,7 +15,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm import Arm
-from slewctl.basis import NAMES, create
+from slewctl.basis import MODAL, NAMES, create
 from slewctl.design import METHODS, Controller
 from slewctl.errors import InputError, check_choice, check_count
 from slewctl.model import Model, Truth, assemble
@@ -37,7 +37,7 @@ REDUCTIONS: dict[str, Callable[[GeneralisedPlant, int], Reduced]] = {
 }
 """Reductions of the truth to n flexible modes, or 2n flexible states, by name."""
 
-SOURCES = (*NAMES, *REDUCTIONS)
+SOURCES = (*NAMES, MODAL, *REDUCTIONS)
 """All that a design model can be made of."""
 
 
@@ -126,7 +126,7 @@ def design_model(truth: Truth, objective: Objective, source: str, n: int) -> Des
     6
     """
     check_choice(source, SOURCES, "basis")
-    if source in NAMES:
+    if source in (*NAMES, MODAL):
         model = _assembled(truth.arm, source, n)
         return DesignModel(source, n, generalised_plant(model, objective), model)
     check_reducible(truth.modes, n, "n")

@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from slewctl.arm import (
     LAWS,
     Arm,
@@ -17,6 +19,7 @@ from slewctl.arm import (
     Motor,
     Payload,
     catalogue,
+    equal_appendages,
 )
 from slewctl.breakdown import computing
 from slewctl.errors import InputError, check_choice
@@ -24,10 +27,18 @@ from slewctl.files.beam_table import beam_of_table
 from slewctl.files.chosen_tables import DragTable, KelvinVoigtTable, RayleighTable
 from slewctl.files.faults import Faults, missing
 from slewctl.files.fields import Table
+from slewctl.files.modal_table import arm_of_wings, data_of_table
 from slewctl.files.refusals import validate
 from slewctl.files.schema import ArmTable
 from slewctl.files.source import read_source
 
+# What describes an arm that is not of the catalogue.
+DESCRIBED = ("beam", "modal_data", "wings")
+_OWN_RATIOS = InputError(
+    "each wing has its own",
+    where="arm.damping_ratio",
+    remedy="leave it out, and give each of arm.wings its damping_ratio",
+)
 Part = TypeVar("Part", Hub, Payload)
 # Kind of damping law: the table that describes it, and the law.
 _TABLES: tuple[type[Table], ...] = (RayleighTable, KelvinVoigtTable, DragTable)
@@ -143,11 +154,16 @@ def arm_of_table(table: ArmTable) -> Arm:
         "damping_modes": table.damping_modes,
         "name": table.name or None,
     }
-    if table.damping_modes is not None and ratio is None and not (arm and arm.damping_ratio):
+    unsaid = ratio is None and not np.any(arm.damping_ratio if arm else 0.0)
+    if table.damping_modes is not None and unsaid:
         faults.add([missing("arm.damping_ratio")])
+    if table.wings is not None and ratio is not None:
+        faults.add([_OWN_RATIOS])
     given = {key: part for key, part in parts.items() if part is not None}
     # What is wrong with the whole is looked for even if one of its parts is.
     whole = faults.attempt(replace, arm or catalogue.get(catalogue.names()[0]), **given)
+    if whole is not None and table.appendages is not None:
+        whole = faults.attempt(equal_appendages, whole, table.appendages)
     return faults.settled(whole)
 
 
@@ -157,15 +173,20 @@ def _changed(part: Part, table: Table) -> Part:
 
 
 def _unchanged(table: ArmTable) -> Arm:
-    """Return the arm of the catalogue, or that of a beam alone."""
-    if (table.catalogue is None) == (table.beam is None):
+    """Return the arm of the catalogue, or that of a beam or of modal data alone."""
+    if sum(getattr(table, kind) is not None for kind in ("catalogue", *DESCRIBED)) != 1:
         raise InputError(
-            "give either catalogue or beam",
+            "give either catalogue or beam, or else modal_data or wings",
             where="arm",
             remedy=f"catalogue arms: {', '.join(catalogue.names())}",
         )
     if table.beam is not None:
         return Arm(beam_of_table(table.beam))
+    hub = Hub() if table.hub is None else _changed(Hub(), table.hub)
+    if table.modal_data is not None:
+        return Arm(data_of_table(table.modal_data), hub)
+    if table.wings is not None:
+        return arm_of_wings(table.wings, hub)
     return catalogue.get(check_choice(str(table.catalogue), catalogue.names(), "arm.catalogue"))
 
 

@@ -14,7 +14,7 @@ from slewctl.arm import Arm, catalogue, vary
 from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import Case
 from slewctl.errors import InputError, shown
-from slewctl.files.arm_table import arm_of_table
+from slewctl.files.arm_table import DESCRIBED, arm_of_table
 from slewctl.files.encoders import with_encoder_noise
 from slewctl.files.faults import Faults, missing
 from slewctl.files.find import find_designs, name_designs, refuse_study
@@ -165,8 +165,8 @@ def _arm(content: Mapping[str, Any], tables: Mapping[str, Any], faults: Faults) 
     if "arm" not in tables:
         return None
     keys = tables["arm"]
-    if {"catalogue", "beam"} & (content["arm"].keys() - keys.keys()):
-        keys = {**keys, "catalogue": catalogue.names()[0], "beam": None}
+    if {"catalogue", *DESCRIBED} & (content["arm"].keys() - keys.keys()):
+        keys = {**keys, **dict.fromkeys(DESCRIBED), "catalogue": catalogue.names()[0]}
     return faults.attempt(arm_of_table, ArmTable.model_construct(**keys))
 
 

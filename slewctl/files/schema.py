@@ -98,6 +98,53 @@ class MotorTable(Table):
     ] = None
 
 
+class PlaceTable(Table):
+    """``[[arm.modal_data.places]]``."""
+
+    name: Annotated[str, _told("text", "of the place: tip, root or another", "tip")]
+    lever: Annotated[Finite | None, _told("m", "from the axis; with shapes", 8.0)] = None
+    shapes: Annotated[
+        list[Finite] | None,
+        _told("kg^-½", "deflection per modal coordinate, one for each mode", [0.15, -0.16]),
+    ] = None
+    moments: Annotated[
+        list[Finite] | None,
+        _told("N·m/(kg^½·m)", "bending moment per modal coordinate", [3.0, 5.0]),
+    ] = None
+
+
+class ModalDataTable(Table):
+    """``[arm.modal_data]``."""
+
+    inertia: Annotated[
+        Positive,
+        _told("kg·m²", "about the axis, of all that turns but what [arm.hub] gives", 600.0),
+    ]
+    frequencies_hz: Annotated[
+        list[Positive], _told("Hz", "with the hub held, increasing", [0.2, 1.3])
+    ]
+    coupling: Annotated[
+        list[Finite], _told("kg^½·m", "with the hub's rotation, for unit modal mass", [20.0, 4.0])
+    ]
+    places: Annotated[
+        Several[PlaceTable] | None,
+        _told(
+            "tables",
+            "where something is seen beside the hub's angle",
+            [{"name": "tip", "lever": 8.0, "shapes": [0.15, -0.16]}],
+        ),
+    ] = None
+
+
+class WingTable(ModalDataTable):
+    """``[arm.wings.NAME]``: the modal data of one appendage, or of several equal ones."""
+
+    damping_ratio: Annotated[
+        Any, _told("1", "ζ of its hub-locked modes: one, or a list", 0.005)
+    ] = 0.0
+    count: Annotated[Count, _told("1", "how many there are of this kind", 2)] = 1
+
+
 class ArmTable(Table):
     """``[arm]``: a catalogue arm, changed where keys are given, or a full description.
 
@@ -121,6 +168,26 @@ class ArmTable(Table):
             "the beam; needed without a catalogue arm",
             {"length": 1.0, "mass_per_length": 2.0, "bending_stiffness": 40.0},
         ),
+    ] = None
+    modal_data: Annotated[
+        ModalDataTable | None,
+        _told(
+            "table",
+            "the modes with the hub held, of a data sheet, instead of a beam",
+            {"inertia": 600.0, "frequencies_hz": [0.2, 1.3], "coupling": [20.0, 4.0]},
+        ),
+    ] = None
+    wings: Annotated[
+        dict[str, WingTable] | None,
+        _told(
+            "tables",
+            "unequal appendages by name, each with modal data of its own",
+            {"left": {"inertia": 300.0, "frequencies_hz": [0.2], "coupling": [14.0]}},
+        ),
+    ] = None
+    appendages: Annotated[
+        Count | None,
+        _told("1", "equal ones on the hub: beam, payload and data are those of one", 2),
     ] = None
     hub: Annotated[
         HubTable | None, _told("table", "what turns and carries the beam", {"inertia": 0.2})

@@ -14,7 +14,7 @@ import numpy as np
 
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.arm import Arm
+from slewctl.arm import Arm, require_beam
 from slewctl.errors import (
     AccuracyError,
     InputError,
@@ -113,6 +113,7 @@ def _pose(
 ) -> Problem:
     """Check what the user gave and put it in order."""
     check_arm(arm, "fit")
+    require_beam(arm.beam, "fit")
     check_choice(boundary, BOUNDARIES, "fit.boundary")
     by_mode = _by_mode(measured)
     adjustable = _adjustable(free)

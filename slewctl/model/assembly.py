@@ -19,10 +19,11 @@ from scipy.linalg import qr, solve_triangular
 from slewctl._show import Described
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.arm import Arm, Drag
-from slewctl.basis import Basis
+from slewctl.arm import Arm, Drag, ModalData
+from slewctl.basis import Basis, modal_rows
 from slewctl.basis.named import described
 from slewctl.errors import InputError, shown
+from slewctl.model.modal_factors import modal_factors
 from slewctl.model.quadrature import SAMPLED_DEGREE, UNIT_ROUNDOFF, Rule, composite, settled
 
 Boundary = Literal["hub-locked", "free"]
@@ -93,6 +94,10 @@ class Model(Described):
         x = np.asarray(x, dtype=float)
         shapes = self.basis.evaluate(x / self.arm.beam.length)
         return np.column_stack([self.arm.hub.radius + x, shapes])
+
+    def of_modes(self, values: Array) -> Array:
+        """Return what values of each mode of an arm's data are in q, shape (n,)."""
+        return modal_rows(self.basis, values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +181,8 @@ def check_model(model: object, where: str) -> None:
 
 def factors(arm: Arm, basis: Basis) -> Factors:
     """Return the square-root factors of `arm` in `basis` (see `Factors`)."""
+    if isinstance(arm.beam, ModalData):
+        return Factors(*modal_factors(arm, basis), np.zeros((0, basis.n + 1)))
     profiles = (arm.beam.mass_profile, arm.beam.stiffness_profile)
     degrees = [profile.degree for profile in profiles]
     breakpoints = (*arm.breakpoints, *basis.breakpoints)
@@ -240,7 +247,7 @@ def tip_signs(basis: Basis, shapes: Array) -> Array:
 
     The sign of a mode is free; a positive deflection of the tip makes models comparable.
     """
-    return np.where(basis.combined(np.ones(1), 0, shapes) < 0, -1.0, 1.0)
+    return np.where(basis.tip_values(shapes) < 0, -1.0, 1.0)
 
 
 def _damping(arm: Arm, parts: Factors, mass: Array, stiffness: Array, free: RitzModes) -> Array:

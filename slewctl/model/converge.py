@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm import Arm
-from slewctl.basis import Polynomial
+from slewctl.arm import Arm, ModalData
+from slewctl.basis import Basis, Modal, Polynomial
 from slewctl.errors import InputError, check_count, shown
 from slewctl.model.assembly import Boundary, RitzModes, factors, ritz_modes, rounding
 from slewctl.model.subspace import lowest_modes, trials
@@ -46,6 +46,7 @@ class Converged:
     Attributes
     ----------
     basis : Polynomial
+        Or `Modal` for an arm from modal data.
     omega : ndarray, shape (modes,)
         Natural frequencies in rad/s, increasing.
     shapes : ndarray, shape (basis.n, modes)
@@ -54,7 +55,7 @@ class Converged:
         Relative change of each frequency in the last enlargement, plus rounding.
     """
 
-    basis: Polynomial
+    basis: Basis
     omega: Array
     shapes: Array
     errors: Array
@@ -70,6 +71,8 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
     modes : int
     boundary : {"hub-locked", "free"}
     """
+    if isinstance(arm.beam, ModalData):
+        return _given(arm, arm.beam.modes, modes, boundary)
     edges = arm.breakpoints
     panels = len(edges) + 1
     few = -(-12 // panels)
@@ -85,6 +88,14 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
         if change.max() <= _TARGET or basis.n > max(_MOST_FUNCTIONS, panels * _MOST_TERMS):
             return Converged(basis, omega, fine.shapes[:, :modes], change + rounding(omega))
         coarse = fine
+
+
+def _given(arm: Arm, known: int, modes: int, boundary: Boundary) -> Converged:
+    """Return the modes of an arm from modal data: what is given needs no convergence."""
+    basis = Modal(known)
+    found = ritz_modes(factors(arm, basis), boundary)
+    omega = found.omega[:modes]
+    return Converged(basis, omega, found.shapes[:, :modes], rounding(omega))
 
 
 def modes_in(

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.arm import Arm
-from slewctl.basis import Basis, Combined, Polynomial
+from slewctl.arm import Arm, ModalData
+from slewctl.basis import Basis, Combined
 from slewctl.model.assembly import Model, assemble, check_arm, factors, locked_damping, tip_signs
 from slewctl.model.converge import SMALL, check_modes, converged
 
@@ -36,6 +36,16 @@ class Truth(Model):
     functions: int
 
     @property
+    def given(self) -> bool:
+        """Whether the arm is from modal data: then they are the truth, and nothing converges."""
+        return isinstance(self.arm.beam, ModalData)
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has all modes that the arm's data give, so that no finer one is to be had."""
+        return self.given and self.modes == self.functions
+
+    @property
     def modes(self) -> int:
         """Number of flexible modes kept."""
         return self.n
@@ -46,6 +56,12 @@ class Truth(Model):
         return float(self.frequency_errors.max())
 
     def __str__(self) -> str:
+        if self.given:
+            of = "" if self.modes == self.functions else f"first of {self.functions}, "
+            return (
+                f"truth of {self.arm.name}: its {self.modes} modes as given, {of}to "
+                f"{self.frequencies_hz[-1]:.4g} Hz"
+            )
         return (
             f"truth of {self.arm.name}: {self.modes} modes to {self.frequencies_hz[-1]:.4g} Hz, "
             f"frequencies converged to {self.tolerance:.0e} relative "
@@ -65,7 +81,7 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     ----------
     arm : Arm
     modes : int
-        How many flexible modes to keep.
+        How many flexible modes to keep; of an arm from modal data at most those given.
 
     Returns
     -------
@@ -85,7 +101,9 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     [1.061, 4.161, 10.724]
     """
     check_arm(arm, "truth")
-    return _truth(arm, check_modes(modes, "truth.modes"))
+    count = check_modes(modes, "truth.modes")
+    given = arm.beam.modes if isinstance(arm.beam, ModalData) else count
+    return _truth(arm, min(count, given))
 
 
 def arm_modes(arm: Arm, n: int) -> Basis:
@@ -132,7 +150,7 @@ def _truth(arm: Arm, modes: int) -> Truth:
     )
 
 
-def _damped_by_all(model: Model, basis: Polynomial, shapes: Array) -> Model:
+def _damped_by_all(model: Model, basis: Basis, shapes: Array) -> Model:
     """Return a truth with the damping of all hub-locked modes that its polynomials have.
 
     Those of the few free modes that are kept would do only as well as these free modes bend at

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm import Arm
+from slewctl.arm import Arm, ModalData
 from slewctl.basis import Basis
-from slewctl.errors import check_choice
+from slewctl.errors import InputError, check_choice
 from slewctl.model.assembly import Boundary, check_arm, factors, ritz_modes
 from slewctl.model.converge import check_modes, converged
 
@@ -80,6 +80,12 @@ def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Freq
     check_arm(arm, "frequencies")
     check_choice(boundary, BOUNDARIES, "frequencies.boundary")
     modes = check_modes(modes, "frequencies.modes")
+    if isinstance(arm.beam, ModalData) and modes > arm.beam.modes:
+        raise InputError(
+            f"{modes} modes of an arm whose data give {arm.beam.modes}",
+            where="frequencies.modes",
+            remedy=f"ask for at most {arm.beam.modes}",
+        )
     found = converged(arm, modes, boundary)
     return Frequencies(boundary, found.omega / (2 * np.pi), found.errors, found.basis.n)
 

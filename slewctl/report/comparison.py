@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from slewctl.compare import (
     QUANTITIES,
     CaseResult,
@@ -144,6 +146,7 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "truth": result.truth,
         "chosen": result.chosen,
         "clock": _clock(result.chosen),
+        "ratios": np.atleast_1d(result.case.arm.damping_ratio).tolist(),
         "rows": [(e, _readings(e)) for e in result.evaluations],
         "groups": _groups(result),
         "bases": [(basis, _row(result, basis)) for basis in _bases(result)],
@@ -152,7 +155,7 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "saturating": [e for e in result.evaluations if e.stable and e.judgement.saturation],
         "inputs": _inputs(result),
         "figures": [
-            (shapes_figure(result, f"s{place}"), SHAPES),
+            *([(shapes_figure(result, f"s{place}"), SHAPES)] if result.shapes else []),
             (ladder_figure(result, f"l{place}"), LADDER),
             (poles_figure(result, f"p{place}"), POLES),
             (bode_figure(result, f"b{place}"), BODE),

@@ -20,6 +20,7 @@ from slewctl import (
     InputError,
     KelvinVoigt,
     LumpedMass,
+    ModalData,
     Motor,
     Payload,
     Rayleigh,
@@ -101,11 +102,17 @@ def test_each_parameter_changes_its_property_alone() -> None:
         "stiffness_factor": replace(arm, beam=Beam(1.0, 2.0, 6.0)),
         "mass_factor": replace(arm, beam=Beam(1.0, 4.0, 3.0)),
         "lumped_mass_factor": replace(arm, masses=(LumpedMass(0.5, 0.2, 2e-3),)),
+        "frequency_factor": replace(arm, beam=Beam(1.0, 2.0, 12.0)),
         "damping_factor": replace(arm, damping_ratio=(0.02, 0.04), damping=Rayleigh(0.2, 2e-4)),
     }
-    assert set(expected) == set(CHANGES)
-    for name, changed in expected.items():
-        varied = vary(arm, **{name: 2.0})
+    data = ModalData(100.0, (1.0, 2.0), (2.0, 3.0))
+    of_data = {
+        "coupling_factor": Arm(ModalData(100.0, (1.0, 2.0), (4.0, 6.0))),
+        "inertia_factor": Arm(ModalData(200.0, (1.0, 2.0), (2.0, 3.0))),
+    }
+    assert {*expected, *of_data} == set(CHANGES)
+    for name, changed in (expected | of_data).items():
+        varied = vary(Arm(data) if name in of_data else arm, **{name: 2.0})
         for field in fields(Arm):
             assert getattr(varied, field.name) == getattr(changed, field.name), (name, field.name)
     internal = replace(arm, damping=KelvinVoigt(1e-3), damping_ratio=0.0)

@@ -108,7 +108,7 @@ REFUSALS = [
     ("[slew]\nangle_deg = 30\nduration_s = 2\n[requirements]", "[requirements]\ntorque_peak_max = 1", "slew: missing; add it"),
     ("duration_s = 2", "duration_s = 0", "slew.duration_s: 0 is not allowed"),
     ("angle_deg = 30", "angle_deg = 0", "slew.angle_deg"),
-    ('catalogue = "paper-beam"', "", "arm: give either catalogue or beam; catalogue arms: paper-beam"),
+    ('catalogue = "paper-beam"', "", "arm: give either catalogue or beam, or else modal_data or wings; catalogue arms: paper-beam"),
     ('"paper-beam"', '"paper_beam"', "did you mean 'paper-beam'"),
     ("[requirements]", "[truth]\nmodes = 3\n[requirements]", "truth.modes: a truth of 3 modes cannot judge"),
     ("[model]", "[model", "not valid TOML"),

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from slewctl.arm import Arm, Payload
+from slewctl.arm import Arm, Payload, require_beam
 from slewctl.basis import NAMES
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.compare.design_basis import SOURCES
@@ -230,6 +230,7 @@ class Study:
     truth_modes: int = 20
 
     def __post_init__(self) -> None:
+        require_beam(self.arm.beam, "study")
         most = MOST_TRUTH_MODES
         if check_count(self.truth_modes, "truth.modes") > most:
             raise InputError(
