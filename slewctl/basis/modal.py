@@ -93,6 +93,13 @@ def modal_rows(basis: Basis, values: Array) -> Array:
     Returns
     -------
     ndarray, shape (basis.n,)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from slewctl.basis import Modal, modal_rows
+    >>> modal_rows(Modal(2), np.array([0.1, 0.2, 0.3])).tolist()
+    [0.1, 0.2]
     """
     if isinstance(basis, Combined):
         return np.asarray(modal_rows(basis.parent, values) @ basis.coefficients)

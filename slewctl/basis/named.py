@@ -28,6 +28,10 @@ def bases_of(arm: Arm) -> tuple[str, ...]:
     ----------
     arm : Arm
 
+    Returns
+    -------
+    tuple of str
+
     Examples
     --------
     >>> import slewctl as sc

@@ -37,7 +37,7 @@ REDUCTIONS: dict[str, Callable[[GeneralisedPlant, int], Reduced]] = {
 }
 """Reductions of the truth to n flexible modes, or 2n flexible states, by name."""
 
-SOURCES = (*NAMES, MODAL, *REDUCTIONS)
+SOURCES = (*NAMES, *REDUCTIONS)
 """All that a design model can be made of."""
 
 
@@ -100,7 +100,7 @@ def design_model(truth: Truth, objective: Objective, source: str, n: int) -> Des
         Of a basis only its arm is used; a reduction is made of the truth itself.
     objective : Objective
     source : str
-        Of `SOURCES`.
+        Of `SOURCES`, or ``modal`` for an arm from modal data.
     n : int
 
     Returns
@@ -125,7 +125,7 @@ def design_model(truth: Truth, objective: Objective, source: str, n: int) -> Des
     >>> len(reduced.plant.A)
     6
     """
-    check_choice(source, SOURCES, "basis")
+    check_choice(source, (*SOURCES, MODAL), "basis")
     if source in (*NAMES, MODAL):
         model = _assembled(truth.arm, source, n)
         return DesignModel(source, n, generalised_plant(model, objective), model)
