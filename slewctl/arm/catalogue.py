@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from slewctl.arm.made_up import ruler_on_servo, two_wing_satellite
 from slewctl.arm.motor import Motor
 from slewctl.arm.nrel_blade import EDGEWISE_STIFFNESS, MASS_PER_LENGTH, STATIONS
 from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
@@ -303,6 +304,25 @@ CATALOGUE: dict[str, Entry] = {
                 kind="computed",
                 source="same table, at rest: 3.516, 22.035 and 61.697 rad/s",
             ),
+        ),
+    ),
+    "two-wing-satellite": Entry(
+        two_wing_satellite,
+        "satellite with two wings, from a data sheet of its modes",
+        source="made up for this catalogue, in the form of a data sheet",
+        uncertain="everything: no such satellite; three modes are given, and those beyond are "
+        "not known",
+        damping=SuggestedDamping(
+            0.005, "assumed", "half a percent of the modes with the hub held is usual for wings"
+        ),
+    ),
+    "ruler-on-servo": Entry(
+        ruler_on_servo,
+        "steel ruler on a servo, an accelerometer on its way",
+        source="made up for this catalogue, from a section and a material",
+        uncertain="everything: no such rig; measure your own",
+        damping=SuggestedDamping(
+            0.01, "assumed", "one percent of the clamped modes, for a ruler screwed to its clamp"
         ),
     ),
     "hodges-pierce-taper": Entry(

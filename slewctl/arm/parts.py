@@ -247,7 +247,7 @@ def arm_table(arm: Arm) -> dict[str, Any]:
     table: dict[str, Any] = {"name": arm.name, "damping_ratio": arm.damping_ratio or None}
     default = "hub-locked" if "modal_data" in flexible else "free"
     if arm.damping_modes != default:
-        table["damping_modes"] = arm.damping_modes
+        table |= {"damping_ratio": arm.damping_ratio, "damping_modes": arm.damping_modes}
     table |= flexible
     table["masses"] = [_kept(asdict(mass)) or {"x": 0.0} for mass in arm.masses] or None
     for key in ("hub", "payload", "motor"):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from slewctl.arm import Arm, catalogue
-from slewctl.basis import NAMES, create
+from slewctl.arm import Arm, ModalData, catalogue
+from slewctl.basis import bases_of, create
 from slewctl.breakdown import computing
 from slewctl.cli.terminal import OUT, number_table, show
 from slewctl.files import (
@@ -21,14 +21,20 @@ def print_modes(arm: str, orders: int, modes: int) -> None:
     table = number_table("basis", "n", *(f"f{k} (Hz)" for k in range(1, modes + 1)))
     with computing_arm(arm):
         exact = truth(chosen, max(modes, 10))
-        for basis in NAMES:
-            for n in range(1, orders + 1):
+        for basis in bases_of(chosen):
+            for n in range(1, _most_functions(chosen, orders) + 1):
                 found = assemble(chosen, create(basis, n)).frequencies_hz[:modes]
                 cells = [f"{f:.6f}" for f in found] + ["-"] * (modes - len(found))
                 table.add_row(basis, str(n), *cells)
-    table.add_row("truth", "", *(f"{f:.6f}" for f in exact.frequencies_hz[:modes]))
+    known = [f"{f:.6f}" for f in exact.frequencies_hz[:modes]]
+    table.add_row("truth", "", *known, *["-"] * (modes - len(known)))
     show(table)
     OUT.print(str(exact))
+
+
+def _most_functions(arm: Arm, wanted: int) -> int:
+    """Return a number of modes or functions, not more than the arm's data have."""
+    return min(wanted, arm.beam.modes) if isinstance(arm.beam, ModalData) else wanted
 
 
 def print_arms(name: str | None) -> None:
@@ -36,13 +42,19 @@ def print_arms(name: str | None) -> None:
     if name is None:
         table = number_table("name", "length (m)", "what it is")
         for key, entry in catalogue.CATALOGUE.items():
-            table.add_row(key, f"{entry.build().beam.length:g}", entry.summary)
+            beam = entry.build().beam
+            length = "-" if isinstance(beam, ModalData) else f"{beam.length:g}"
+            table.add_row(key, length, entry.summary)
         show(table)
         OUT.print("more about one: slewctl arms NAME")
         return
     arm = catalogue.get(name)
     entry = catalogue.CATALOGUE[name]
-    parts = {"hub": arm.hub, "payload": arm.payload, "motor": arm.motor}
+    parts: dict[str, object] = {"hub": arm.hub, "payload": arm.payload, "motor": arm.motor}
+    if isinstance(arm.beam, ModalData):
+        parts["modal data"] = arm.beam
+    if arm.masses:
+        parts["masses"] = arm.masses
     texts = {"what": entry.summary, "source": entry.source, "uncertain": entry.uncertain}
     texts["damping ratio to design with"] = str(entry.damping)
     for title, text in {**texts, **parts}.items():
@@ -62,7 +74,7 @@ def _published(arm: Arm, entry: catalogue.Entry) -> Table:
             if published.boundary == boundary
             for mode, hertz in published.frequencies_hz
         }
-        computed = frequencies(arm, max([3, *printed]), boundary).hz
+        computed = frequencies(arm, _most_functions(arm, max([3, *printed])), boundary).hz
         for mode, hertz in enumerate(computed, start=1):
             beside = printed.get(mode)
             cells = ("", "") if beside is None else (f"{beside:g}", f"{hertz / beside - 1:+.2%}")

@@ -75,7 +75,6 @@ class Case:
         object.__setattr__(self, "orders", tuple(self.orders))
         self._keep_to_modal_data()
         check_choice(self.basis, (*NAMES, MODAL), "model.basis")
-        self._check_basis()
         check_choice(self.method, METHODS, "controller.method")
         known = options(self.method)
         for key in self.options:
@@ -123,24 +122,37 @@ class Case:
             orders = tuple(n for n in self.orders if n <= self.arm.beam.modes)
             object.__setattr__(self, "orders", orders)
 
-    def _check_basis(self) -> None:
-        """Refuse a basis, or a number of functions, that the arm cannot have."""
-        known, beam = bases_of(self.arm), self.arm.beam
-        if self.basis not in known:
-            raise InputError(
-                f"the arm {'has a beam' if MODAL in self.basis else 'is known by its modes alone'}",
-                where="model.basis",
-                remedy=f"use {' or '.join(known)}",
-            )
-        if isinstance(beam, ModalData) and self.n > beam.modes:
-            raise InputError(
-                f"{self.n} modes of an arm whose data give {beam.modes}",
-                where="model.n",
-                remedy=f"give at most {beam.modes}",
-            )
-
     @property
     def candidates(self) -> tuple[tuple[str, int], ...]:
         """Every (basis, n) to compare, the case's own one included."""
         grid = [(basis, n) for basis in self.bases for n in self.orders]
         return tuple(dict.fromkeys([*grid, (self.basis, self.n)]))
+
+
+def check_basis(arm: Arm, basis: str, n: int) -> None:
+    """Refuse a basis, or a number of functions, that an arm cannot have.
+
+    Parameters
+    ----------
+    arm : Arm
+    basis : str
+    n : int
+
+    Raises
+    ------
+    InputError
+    """
+    known, beam = bases_of(arm), arm.beam
+    if basis not in known:
+        what = "has a beam" if basis == MODAL else "is known by its modes alone"
+        raise InputError(
+            f"{shown(basis)} for an arm that {what}",
+            where="model.basis",
+            remedy=f"use {' or '.join(known)}",
+        )
+    if isinstance(beam, ModalData) and n > beam.modes:
+        raise InputError(
+            f"{shown(n)} modes of an arm whose data give {beam.modes}",
+            where="model.n",
+            remedy=f"give at most {beam.modes}",
+        )

@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from slewctl.arm import Arm, catalogue, vary
+from slewctl.arm import Arm, Hub, ModalData, catalogue, vary
 from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import Case
+from slewctl.compare.case import check_basis
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import DESCRIBED, arm_of_table
 from slewctl.files.encoders import with_encoder_noise
@@ -147,7 +148,7 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     keys = _parts_of_case(source, tables, arm, faults)
     tried = tables.get("variations", {})
     common = {} if faults else requirements
-    variations = faults.attempt(read_variations, tried, arm or _stand_in(), common) or ()
+    variations = faults.attempt(read_variations, tried, arm or _stand_in(source.content), common) or ()
     asked = [requirements, *(variation.requirements for variation in variations)]
     needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in asked)
     if needs_slew and "slew" not in source.content:
@@ -185,8 +186,11 @@ def _check_schema(content: Mapping[str, Any]) -> None:
         )
 
 
-def _stand_in() -> Arm:
+def _stand_in(content: Mapping[str, Any]) -> Arm:
     """Return an arm that has everything, to look at the rest of a file if its own is wrong."""
+    if isinstance(content.get("arm"), Mapping) and {"modal_data", "wings"} & content["arm"].keys():
+        data = ModalData(100.0, [1.0], [1.0])
+        return Arm(data, Hub(1.0), damping_ratio=0.01)
     arm = catalogue.get(catalogue.names()[0])
     return replace(vary(arm, payload_mass=1.0, hub_inertia=1.0), damping_ratio=0.01)
 
@@ -196,7 +200,7 @@ def _parts_of_case(
 ) -> dict[str, Any]:
     """Return what a case is made of; each part is tried alone, so that none hides another."""
     content = source.content
-    keys: dict[str, Any] = {"arm": arm or _stand_in(), "objective": Objective(_HALF, _HALF)}
+    keys: dict[str, Any] = {"arm": arm or _stand_in(content), "objective": Objective(_HALF, _HALF)}
     groups: list[dict[str, Any]] = []
     controller = tables.get("controller", {})
     is_given = controller.get("method") == GIVEN
@@ -220,6 +224,8 @@ def _parts_of_case(
     for group in groups:
         faults.attempt(Case, **alone, **group)
         keys |= group
+    if arm is not None and not faults and {"basis", "n"} <= keys.keys():
+        faults.attempt(check_basis, arm, keys["basis"], keys["n"])
     if is_given and not faults:
         stated = keys["objective"] if weighted else None
         keys["objective"] = faults.attempt(read_given, keys["options"], stated, arm)

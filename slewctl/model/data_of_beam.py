@@ -9,7 +9,7 @@ import numpy as np
 
 from slewctl.arm import Arm, Hub, ModalData, Payload, Place
 from slewctl.errors import InputError
-from slewctl.model.assembly import assemble, check_arm
+from slewctl.model.assembly import assemble, check_arm, tip_signs
 from slewctl.model.converge import check_modes, converged
 
 
@@ -54,13 +54,14 @@ def modal_data(arm: Arm, modes: int) -> Arm:
         )
     found = converged(arm, count, "hub-locked")
     model = assemble(replace(arm, damping=None, damping_ratio=0.0), found.basis)
-    tip = model.displacement(np.array([arm.beam.length]))[0, 1:] @ found.shapes
-    bent = found.basis.evaluate(np.zeros(1), 2)[0] @ found.shapes / arm.beam.length**2
+    shapes = found.shapes * tip_signs(found.basis, found.shapes)
+    tip = model.displacement(np.array([arm.beam.length]))[0, 1:] @ shapes
+    bent = found.basis.evaluate(np.zeros(1), 2)[0] @ shapes / arm.beam.length**2
     stiffness = float(arm.beam.stiffness_profile(np.zeros(1))[0])
     data = ModalData(
         float(model.mass[0, 0]) - arm.hub_inertia,
         tuple((found.omega / (2 * math.pi)).tolist()),
-        tuple((model.mass[0, 1:] @ found.shapes).tolist()),
+        tuple((model.mass[0, 1:] @ shapes).tolist()),
         (
             Place("tip", arm.reach, tuple(tip.tolist())),
             Place("root", moments=tuple((stiffness * bent).tolist())),

@@ -17,7 +17,17 @@ LIMITS, NOISE = {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01, "mo
 
 
 def parts(arm: Arm) -> tuple[object, ...]:
-    return (arm.beam, arm.hub, arm.payload, arm.damping_ratio, arm.damping, arm.motor, arm.name)
+    return (
+        arm.beam,
+        arm.hub,
+        arm.payload,
+        arm.damping_ratio,
+        arm.damping,
+        arm.motor,
+        arm.name,
+        arm.masses,
+        arm.damping_ratio,
+    )
 
 
 @pytest.mark.parametrize("name", catalogue.names())

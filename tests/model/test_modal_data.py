@@ -150,7 +150,7 @@ REFUSED = {
     "names no station": lambda: sc.state_space(sc.truth(sc.arms.paper_beam(), 2), ["moment@tip"]),
     "recommend: it needs an arm with a beam": lambda: sc.recommend(SATELLITE),
     "fit: it needs an arm with a beam": lambda: sc.fit(SATELLITE, [1.0], ["hub.inertia"]),
-    "model.basis: the arm is known by its modes": lambda: Case("s", SATELLITE, sc.Objective(LIMITS, NOISE)),
+    "compare.bases.0: unknown name 'slewing'": lambda: Case("s", SATELLITE, sc.Objective(LIMITS, NOISE), bases=("slewing",)),
     "mass_factor: modal data tell of no mass": lambda: sc.vary(SATELLITE, mass_factor=1.1),
     "coupling_factor: the arm has a beam": lambda: sc.vary(CANTILEVER, coupling_factor=1.1),
     "ratios are those of the free modes": lambda: sc.modal_data(replace(CANTILEVER, damping_modes="free"), 2),
