@@ -8,6 +8,7 @@ from slewctl.arm import Arm, ModalData, catalogue
 from slewctl.basis import bases_of, create
 from slewctl.breakdown import computing
 from slewctl.cli.terminal import OUT, number_table, show
+from slewctl.compare import unit_notes
 from slewctl.files import (
     computing_arm,
     find_arm,
@@ -26,10 +27,13 @@ def print_modes(arm: str, orders: int, modes: int) -> None:
                 found = assemble(chosen, create(basis, n)).frequencies_hz[:modes]
                 cells = [f"{f:.6f}" for f in found] + ["-"] * (modes - len(found))
                 table.add_row(basis, str(n), *cells)
+        notes = unit_notes(chosen)
     known = [f"{f:.6f}" for f in exact.frequencies_hz[:modes]]
     table.add_row("truth", "", *known, *["-"] * (modes - len(known)))
     show(table)
     OUT.print(str(exact))
+    for note in notes:
+        OUT.print(f"note: {note}", soft_wrap=True)
 
 
 def _most_functions(arm: Arm, wanted: int) -> int:

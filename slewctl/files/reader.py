@@ -148,7 +148,9 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     keys = _parts_of_case(source, tables, arm, faults)
     tried = tables.get("variations", {})
     common = {} if faults else requirements
-    variations = faults.attempt(read_variations, tried, arm or _stand_in(source.content), common) or ()
+    variations = (
+        faults.attempt(read_variations, tried, arm or _stand_in(source.content), common) or ()
+    )
     asked = [requirements, *(variation.requirements for variation in variations)]
     needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in asked)
     if needs_slew and "slew" not in source.content:

@@ -9,7 +9,7 @@ from typing import Any
 
 from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
 from slewctl.check.baseline import Baseline
-from slewctl.compare import QUANTITIES, Judge, Judgement, Reading
+from slewctl.compare import QUANTITIES, Judge, Judgement, Reading, unit_notes
 from slewctl.errors import SlewctlError, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.gate.fingerprint import digest, fingerprint
@@ -168,8 +168,10 @@ def examine(
     findings: list[Finding] = []
     recorded: dict[str, Mapping[str, Reading]] = {}
     refused: dict[str, Any] = {}
+    notes: tuple[str, ...] = ()
     try:
         with design.source.computing():
+            notes = unit_notes(design.case.arm)
             for arm, judgement, limits in _judgements(design, judging):
                 findings += [
                     Finding(verdict, arm, _line(design, arm, verdict.requirement))
@@ -186,6 +188,7 @@ def examine(
         recorded,
         fingerprint=fingerprint(design.text),
         digest=digest(design.text),
+        notes=notes,
         **refused,
         seconds=time.perf_counter() - start,
     )
