@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from slewctl.arm import Arm, Hub, ModalData, Place, equal_appendages, stacked_appendages
 from slewctl.errors import InputError
 from slewctl.files.faults import Faults
-from slewctl.files.schema import ModalDataTable, WingTable
+from slewctl.files.modal_schema import ModalDataTable, WingTable
 
 
 def data_of_table(table: ModalDataTable) -> ModalData:

@@ -14,6 +14,7 @@ from slewctl.arm import Hub, LumpedMass, Motor, Payload
 from slewctl.compare import Case
 from slewctl.files.fields import Count, Efficiency, Finite, NonNegative, Positive, Several, Table
 from slewctl.files.fields import told as _told
+from slewctl.files.modal_schema import ModalDataTable, WingTable
 
 # Of limits or of noise.
 MOST_SIGNALS = 100
@@ -96,53 +97,6 @@ class MotorTable(Table):
     voltage_limit: Annotated[
         Positive | None, _told("V", "largest voltage; a slew says whether it passes it", 15.0)
     ] = None
-
-
-class PlaceTable(Table):
-    """``[[arm.modal_data.places]]``."""
-
-    name: Annotated[str, _told("text", "of the place: tip, root or another", "tip")]
-    lever: Annotated[Finite | None, _told("m", "from the axis; with shapes", 8.0)] = None
-    shapes: Annotated[
-        list[Finite] | None,
-        _told("kg^-½", "deflection per modal coordinate, one for each mode", [0.15, -0.16]),
-    ] = None
-    moments: Annotated[
-        list[Finite] | None,
-        _told("N·m/(kg^½·m)", "bending moment per modal coordinate", [3.0, 5.0]),
-    ] = None
-
-
-class ModalDataTable(Table):
-    """``[arm.modal_data]``."""
-
-    inertia: Annotated[
-        Positive,
-        _told("kg·m²", "about the axis, of all that turns but what [arm.hub] gives", 600.0),
-    ]
-    frequencies_hz: Annotated[
-        list[Positive], _told("Hz", "with the hub held, increasing", [0.2, 1.3])
-    ]
-    coupling: Annotated[
-        list[Finite], _told("kg^½·m", "with the hub's rotation, for unit modal mass", [20.0, 4.0])
-    ]
-    places: Annotated[
-        Several[PlaceTable] | None,
-        _told(
-            "tables",
-            "where something is seen beside the hub's angle",
-            [{"name": "tip", "lever": 8.0, "shapes": [0.15, -0.16]}],
-        ),
-    ] = None
-
-
-class WingTable(ModalDataTable):
-    """``[arm.wings.NAME]``: the modal data of one appendage, or of several equal ones."""
-
-    damping_ratio: Annotated[
-        Any, _told("1", "ζ of its hub-locked modes: one, or a list", 0.005)
-    ] = 0.0
-    count: Annotated[Count, _told("1", "how many there are of this kind", 2)] = 1
 
 
 class ArmTable(Table):
