@@ -91,6 +91,8 @@ def vary(
     if not isinstance(arm, Arm):
         raise InputError(f"{shown(arm)} is not an Arm", where="vary", remedy="give a slewctl.Arm")
     hub, payload = arm.hub, arm.payload
+    if isinstance(arm.beam, ModalData):
+        _refuse_payload({"payload_mass": payload_mass, "payload_inertia": payload_inertia})
     ratio, law = _damping(arm, _factor(damping_factor, "damping_factor"))
     return replace(
         arm,
@@ -177,6 +179,17 @@ def _beam(
         scaled(beam.mass_per_length, mass),
         scaled(beam.bending_stiffness, stiffness),
     )
+
+
+def _refuse_payload(values: Mapping[str, float | None]) -> None:
+    """Refuse a payload beside modal data, which are of the structure that has it."""
+    for name, value in values.items():
+        if value is not None and check_nonnegative(value, name):
+            raise InputError(
+                "modal data are of the whole structure, with its payload",
+                where=name,
+                remedy="vary frequencies, couplings and inertia instead",
+            )
 
 
 def _refuse_factor(factors: Mapping[str, float], why: str) -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import slewctl as sc
 from slewctl import Arm, Beam, Hub, InputError, ModalData, Payload, Place
 from slewctl.compare import Case, design_model, follow, spillover_ladder
-from slewctl.files import read_arm
+from slewctl.files import read_arm, read_design
 from slewctl.model import frequencies
 
 TIP = Place("tip", 8.0, (0.15, -0.16, 0.1))
@@ -116,8 +116,11 @@ def test_unequal_appendages_show_what_each_of_them_does() -> None:
         assert seen / theta == pytest.approx(bent, rel=1e-9)
 
 
-def test_designs_are_made_and_judged_on_them() -> None:
+def test_designs_are_made_and_judged_on_them(tmp_path: Path) -> None:
     problem = sc.Problem(SATELLITE, LIMITS, NOISE, slew=sc.Slew(30.0, 60.0))
+    path = tmp_path / "design.toml"
+    path.write_text(problem.to_toml(), encoding="utf-8")
+    assert read_design(path).case.arm == SATELLITE
     judged = problem.judge(sc.lqg(problem.plant("modal", n=1)))
     assert judged.stable
     margin = follow(judged, "gain_margin_db")
@@ -127,6 +130,8 @@ def test_designs_are_made_and_judged_on_them() -> None:
     case = Case("sat", SATELLITE, problem.objective, basis="modal", n=1, slew=problem.slew)
     assert (case.bases, case.orders) == (("modal",), (1, 2, 3))
     assert [rung.modes for rung in spillover_ladder(case).rungs] == [1, 2, 3]
+    worst = sc.worst_case(case, {"frequency_factor": (0.9, 1.1)}, samples=2, searches=1)
+    assert worst.arm.beam.frequencies_hz[0] != 0.2
     assert design_model(problem.truth, problem.objective, "modal-truncation", 1).plant.A.shape == (
         4,
         4,
@@ -152,6 +157,7 @@ REFUSED = {
     "fit: it needs an arm with a beam": lambda: sc.fit(SATELLITE, [1.0], ["hub.inertia"]),
     "compare.bases.0: unknown name 'slewing'": lambda: Case("s", SATELLITE, sc.Objective(LIMITS, NOISE), bases=("slewing",)),
     "mass_factor: modal data tell of no mass": lambda: sc.vary(SATELLITE, mass_factor=1.1),
+    "payload_mass: modal data are of the whole": lambda: sc.vary(SATELLITE, payload_mass=1.0),
     "coupling_factor: the arm has a beam": lambda: sc.vary(CANTILEVER, coupling_factor=1.1),
     "ratios are those of the free modes": lambda: sc.modal_data(replace(CANTILEVER, damping_modes="free"), 2),
 }  # fmt: skip
