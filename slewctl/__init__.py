@@ -81,6 +81,7 @@ if TYPE_CHECKING:
         nu_gap,
         simulate_slew,
         simulate_swing,
+        simulate_turned_hub,
         small_gain,
         spillover,
     )
@@ -198,6 +199,7 @@ __all__ = [
     "sampled_plant",
     "simulate_slew",
     "simulate_swing",
+    "simulate_turned_hub",
     "small_gain",
     "spillover",
     "spin_frequencies_hz",
