@@ -108,7 +108,8 @@ def signals() -> str:
             "# Signals",
             "",
             "What can be measured, watched or penalised. A station is a whole number of "
-            "millimetres (`mm`) or micrometres (`um`) from the clamp.",
+            "millimetres (`mm`) or micrometres (`um`) from the clamp; an arm from modal data has "
+            "places with names instead, as in `deflection@tip`.",
             "",
             "| signal | unit | taken of |",
             "| --- | --- | --- |",

@@ -249,7 +249,7 @@ def arm_table(arm: Arm) -> dict[str, Any]:
     if arm.damping_modes != default:
         table |= {"damping_ratio": arm.damping_ratio, "damping_modes": arm.damping_modes}
     table |= flexible
-    table["masses"] = [_kept(asdict(mass)) or {"x": 0.0} for mass in arm.masses] or None
+    table["masses"] = [{"x": mass.x, **(_kept(asdict(mass)) or {})} for mass in arm.masses] or None
     for key in ("hub", "payload", "motor"):
         part = getattr(arm, key)
         table[key] = None if part is None else _kept(asdict(part))

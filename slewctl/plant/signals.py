@@ -20,7 +20,7 @@ from slewctl._types import Array
 from slewctl.arm import Beam, ModalData
 from slewctl.errors import InputError, check_choice, shown
 from slewctl.model import Model
-from slewctl.plant.places import Seen, check_fixed, place_row, seen_at
+from slewctl.plant.places import FIXED, Seen, check_fixed, place_row, seen_at
 
 TORQUE = "torque"
 VOLTAGE = "voltage"
@@ -99,34 +99,37 @@ def _refuse_blind_root(model: Model) -> None:
 
 
 def _tip(model: Model) -> Array:
-    beam = model.arm.beam
-    if isinstance(beam, ModalData):
-        return place_row(model, beam, "tip", "displacement")
-    return _displacement(model, beam.length)
+    return _displacement(model, model.arm.beam.length)
 
 
 def _tip_deflection(model: Model) -> Array:
-    beam = model.arm.beam
-    if isinstance(beam, ModalData):
-        return place_row(model, beam, "tip", "deflection")
-    return _deflection(model, beam.length)
+    return _deflection(model, model.arm.beam.length)
 
 
 def _root_moment(model: Model) -> Array:
-    beam = model.arm.beam
-    if isinstance(beam, ModalData):
-        return place_row(model, beam, "root", "moment")
     return _moment(model, 0.0)
+
+
+def _fixed(name: str, of_a_beam: Callable[[Model], Array]) -> Callable[[Model], Array]:
+    """Return the row of a signal that modal data tell of at a place of theirs."""
+
+    def row(model: Model) -> Array:
+        beam = model.arm.beam
+        if isinstance(beam, ModalData):
+            return place_row(model, beam, *FIXED[name])
+        return of_a_beam(model)
+
+    return row
 
 
 SIGNALS: dict[str, Signal] = {
     "theta": Signal("rad", _theta),
     "theta_dot": Signal("rad/s", _theta, "rate"),
-    "tip": Signal("m", _tip),
-    "tip_dot": Signal("m/s", _tip, "rate"),
-    "tip_acceleration": Signal("m/s²", _tip, "acceleration"),
-    "tip_deflection": Signal("m", _tip_deflection),
-    "root_moment": Signal("N·m", _root_moment),
+    "tip": Signal("m", _fixed("tip", _tip)),
+    "tip_dot": Signal("m/s", _fixed("tip_dot", _tip), "rate"),
+    "tip_acceleration": Signal("m/s²", _fixed("tip_acceleration", _tip), "acceleration"),
+    "tip_deflection": Signal("m", _fixed("tip_deflection", _tip_deflection)),
+    "root_moment": Signal("N·m", _fixed("root_moment", _root_moment)),
 }
 
 

@@ -28,12 +28,12 @@ def test_a_section_makes_the_beam_that_python_makes_of_it(tmp_path: Path) -> Non
     assert rod.beam == Beam.tube(0.6, outer_diameter=0.02, **steel)
 
 
-MASSES = "masses = [{ x = 0.25, mass = 0.05 }, { x = 0.6, mass = 0.1, inertia = 1e-4 }]"
+MASSES = "masses = [{ x = 0, mass = 0.05 }, { x = 0.6, mass = 0.1, inertia = 1e-4 }]"
 
 
 def test_masses_along_the_beam_are_read_and_written(tmp_path: Path) -> None:
     arm = arm_of(tmp_path, RULER, head=f"[arm]\n{MASSES}")
-    assert arm.masses == (LumpedMass(0.25, 0.05), LumpedMass(0.6, 0.1, 1e-4))
+    assert arm.masses == (LumpedMass(0.0, 0.05), LumpedMass(0.6, 0.1, 1e-4))
     path = tmp_path / "again.toml"
     path.write_text(arm.to_toml(), encoding="utf-8")
     assert read_arm(path) == arm
