@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rich.table import Table
 
+from slewctl._types import Array
 from slewctl.arm import Arm, ModalData, catalogue
 from slewctl.basis import bases_of, create
 from slewctl.breakdown import computing
@@ -13,25 +14,32 @@ from slewctl.files import (
     computing_arm,
     find_arm,
 )
-from slewctl.model import BOUNDARIES, assemble, frequencies, truth
+from slewctl.model import BOUNDARIES, frequencies, truth
+from slewctl.model.assembly import Boundary
+from slewctl.model.locked import ritz_frequencies_hz
 
 
-def print_modes(arm: str, orders: int, modes: int) -> None:
+def print_modes(arm: str, orders: int, modes: int, locked: bool = False) -> None:
     """Print the natural frequencies of an arm by basis and number of functions."""
     chosen = find_arm(arm)
+    boundary: Boundary = "hub-locked" if locked else "free"
     table = number_table("basis", "n", *(f"f{k} (Hz)" for k in range(1, modes + 1)))
+
+    def add(name: str, n: str, hertz: Array) -> None:
+        cells = [f"{f:.6f}" for f in hertz[:modes]]
+        table.add_row(name, n, *cells, *["-"] * (modes - len(cells)))
+
     with computing_arm(arm):
         exact = truth(chosen, max(modes, 10))
         for basis in bases_of(chosen):
             for n in range(1, _most_functions(chosen, orders) + 1):
-                found = assemble(chosen, create(basis, n)).frequencies_hz[:modes]
-                cells = [f"{f:.6f}" for f in found] + ["-"] * (modes - len(found))
-                table.add_row(basis, str(n), *cells)
+                functions = create(basis, n).matched_to(chosen)
+                add(basis, str(n), ritz_frequencies_hz(chosen, functions, boundary))
+        held = frequencies(chosen, _most_functions(chosen, modes)).hz
         notes = unit_notes(chosen)
-    known = [f"{f:.6f}" for f in exact.frequencies_hz[:modes]]
-    table.add_row("truth", "", *known, *["-"] * (modes - len(known)))
+    add("truth", "", held if locked else exact.frequencies_hz)
     show(table)
-    OUT.print(str(exact))
+    OUT.print(f"{chosen.name} with its hub held" if locked else str(exact))
     for note in notes:
         OUT.print(f"note: {note}", soft_wrap=True)
 
