@@ -61,3 +61,12 @@ def check_fixed(beam: Beam | None, name: str, where: str) -> None:
     """Refuse a signal that modal data do not tell of."""
     if isinstance(beam, ModalData) and name in FIXED:
         seen_at(beam, *FIXED[name], where)
+
+
+def knows(beam: Beam, name: str) -> bool:
+    """Return whether a beam, or what stands for it, has one of the fixed signals."""
+    if not isinstance(beam, ModalData):
+        return True
+    place, seen = FIXED[name]
+    key = "moments" if seen == "moment" else "shapes"
+    return any(each.name == place and getattr(each, key) is not None for each in beam.places)

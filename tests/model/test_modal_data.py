@@ -138,6 +138,17 @@ def test_designs_are_made_and_judged_on_them(tmp_path: Path) -> None:
     )
 
 
+def test_without_a_tip_the_noise_on_the_torque_is_told_all_the_same() -> None:
+    bare = replace(SATELLITE, beam=replace(DATA, places=()))
+    problem = sc.Problem(bare, {"theta": 0.01, "torque": 10.0}, NOISE)
+    judged = problem.judge(sc.lqg(problem.plant("modal", n=2)))
+    seen = sc.Problem(SATELLITE, {"theta": 0.01, "torque": 10.0}, NOISE).judge(judged.controller)
+    assert judged.noise.tip is None
+    assert judged.noise.torque == pytest.approx(seen.noise.torque, rel=1e-9)
+    with pytest.raises(InputError, match=r"nothing of a place 'tip'.* lever = 1\.0"):
+        _ = judged.response
+
+
 REFUSED = {
     "the basis 'modal'": lambda: sc.assemble(SATELLITE, "slewing", 2),
     "an arm that is known by its modes alone has no": lambda: sc.large_slew(sc.truth(SATELLITE)),
