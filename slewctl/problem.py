@@ -8,9 +8,9 @@ from functools import cached_property
 from html import escape
 from typing import Any
 
-from slewctl.arm import Arm
+from slewctl.arm import Arm, ModalData
 from slewctl.arm.parts import arm_table
-from slewctl.basis import Basis
+from slewctl.basis import MODAL, Basis
 from slewctl.compare.case import DEFAULT_SLEW, MOST_TRUTH_MODES
 from slewctl.compare.judged import Judged
 from slewctl.compare.judgement import Yardstick
@@ -38,6 +38,7 @@ class Problem:
         ``voltage`` (V); see `Objective`.
     noise : mapping of str to float
         Of the torque disturbance (N·m/√Hz) and of each sensor (its unit/√Hz); see `Objective`.
+        `encoder_noise` returns that of an encoder.
     slew : Slew
         The turn by which settling, overshoot and peaks are judged.
     truth_modes : int
@@ -147,8 +148,8 @@ class Problem:
         self,
         method: str = "lqg",
         *,
-        basis: str = "arm-matched",
-        n: int = 2,
+        basis: str | None = None,
+        n: int | None = None,
         requirements: Mapping[str, float | bool] | None = None,
         title: str = "",
         **options: Any,
@@ -159,8 +160,9 @@ class Problem:
         ----------
         method : str
             Of `slewctl.design.METHODS`.
-        basis, n : str, int
-            What the design is made on; a given law is made on none.
+        basis, n : str, int, optional
+            What the design is made on; by default two arm-matched functions, or modes of the
+            arm's data.
         requirements : mapping of str to float, optional
             What the gate requires, by default that the loop is stable.
         title : str
@@ -181,6 +183,9 @@ class Problem:
         >>> text.splitlines()[-2:]
         ['[requirements]', 'stable = true']
         """
+        data = self.arm.beam if isinstance(self.arm.beam, ModalData) else None
+        basis = basis or (MODAL if data else "arm-matched")
+        n = n or min(2, data.modes if data else 2)
         weights = {"limits": dict(self.limits), "noise": dict(self.noise)}
         slew = {key: getattr(self.slew, key) for key in ("angle_deg", "duration_s", "horizon_s")}
         return toml_text(

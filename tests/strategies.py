@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from slewctl import Arm, Beam, Hub, Payload, Stations
+from slewctl import Arm, Beam, Drag, Hub, LumpedMass, Payload, Stations
 
 
 def deterministic(max_examples: int) -> settings:
@@ -48,3 +50,16 @@ def arms(draw: st.DrawFn, damping: bool = False) -> Arm:
     )
     ratio = draw(st.one_of(st.just(0.0), st.floats(1e-4, 0.3))) if damping else 0.0
     return Arm(Beam(1.0, draw(tapers()), draw(tapers())), hub, payload, damping_ratio=ratio)
+
+
+@st.composite
+def loaded_arms(draw: st.DrawFn) -> Arm:
+    """A damped arm with up to two masses along its beam, and drag or ratios of held modes."""
+    arm = draw(arms(damping=True))
+    masses = st.lists(
+        st.builds(LumpedMass, st.floats(0.0, 1.0), st.floats(0.0, 5.0), st.floats(0.0, 0.5)),
+        max_size=2,
+    )
+    drag = draw(st.one_of(st.none(), st.builds(Drag, st.floats(1e-3, 1.0))))
+    modes = draw(st.sampled_from(["free", "hub-locked"]))
+    return replace(arm, masses=tuple(draw(masses)), damping=drag, damping_modes=modes)

@@ -14,7 +14,9 @@ from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 
 from slewctl.design import METHODS
-from slewctl.files.schema import DesignTable, KelvinVoigtTable, RayleighTable, StudyTable
+from slewctl.files.chosen_tables import CHOSEN_TABLES
+from slewctl.files.schema import DesignTable
+from slewctl.files.study_schema import StudyTable
 from slewctl.plant.signals import ACTUATORS, SIGNALS, STATION_SENSORS
 
 HEAD = ["| key | unit | default | example | meaning |", "| --- | --- | --- | --- | --- |"]
@@ -106,7 +108,8 @@ def signals() -> str:
             "# Signals",
             "",
             "What can be measured, watched or penalised. A station is a whole number of "
-            "millimetres (`mm`) or micrometres (`um`) from the clamp.",
+            "millimetres (`mm`) or micrometres (`um`) from the clamp; an arm from modal data has "
+            "places with names instead, as in `deflection@tip`.",
             "",
             "| signal | unit | taken of |",
             "| --- | --- | --- |",
@@ -128,8 +131,8 @@ def design_file() -> str:
         "",
     ]
     text += _table(DesignTable, "")
-    for law, table in (("rayleigh", RayleighTable), ("kelvin-voigt", KelvinVoigtTable)):
-        text += [f'## `[arm.damping]` with `kind = "{law}"`', "", *_keys(table)]
+    for title, table in CHOSEN_TABLES.items():
+        text += [f"## {title}", "", *_keys(table)]
     for method in METHODS:
         text += [f'## `[controller]` with `method = "{method}"`', "", *_options(method)]
     return "\n".join(text)
@@ -172,7 +175,7 @@ def _table(table: type[BaseModel], path: str, but: tuple[str, ...] = ()) -> list
     for name, field in table.model_fields.items():
         if (inner := _inner(field)) and name not in but:
             inside = f"{path.strip('[]')}.{name}".lstrip(".")
-            several = get_origin(field.annotation) is list
+            several = any(get_origin(kind) is list for kind in _kinds(field.annotation))
             text += _table(inner, f"[[{inside}]]" if several else f"[{inside}]")
     return text
 
@@ -187,10 +190,14 @@ def _keys(table: type[BaseModel]) -> list[str]:
 
 
 def _inner(field: FieldInfo) -> type[BaseModel] | None:
-    kinds = [field.annotation, *get_args(field.annotation)]
-    kinds += [kind for k in kinds for kind in get_args(k)]
+    kinds = _kinds(field.annotation)
     tables = [k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)]
     return tables[0] if tables else None
+
+
+def _kinds(annotation: Any) -> list[Any]:
+    """Return a type and all that it is made of."""
+    return [annotation, *(kind for part in get_args(annotation) for kind in _kinds(part))]
 
 
 def _extra(field: FieldInfo, key: str) -> Any:

@@ -14,10 +14,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from slewctl.arm.joint import Joint
+from slewctl.arm.beam import Beam
+from slewctl.arm.hub import Hub
+from slewctl.arm.made_up import harmonic_drive_boom, ruler_on_servo, two_wing_satellite
+from slewctl.arm.masses import Payload
 from slewctl.arm.motor import Motor
 from slewctl.arm.nrel_blade import EDGEWISE_STIFFNESS, MASS_PER_LENGTH, STATIONS
-from slewctl.arm.parts import Arm, Beam, Hub, Payload, Stations
+from slewctl.arm.parts import Arm
+from slewctl.arm.profiles import Stations
 from slewctl.errors import check_choice
 
 # Exact by definition: the international foot and pound, and standard gravity.
@@ -186,29 +190,6 @@ def hodges_pierce_taper() -> Arm:
     return Arm(Beam(1.0, (1.0, -0.5), (1.0, -0.5)), name="taper of Hodges and Pierce")
 
 
-def harmonic_drive_boom() -> Arm:
-    """Return a made-up boom of 1 m with a payload of 1 kg, on a harmonic drive of ratio 100."""
-    motor = Motor(
-        resistance=0.8,
-        torque_constant=0.1,
-        back_emf_constant=0.1,
-        gear_ratio=100.0,
-        gear_efficiency=0.7,
-        rotor_inertia=2e-5,
-        torque_limit=80.0,
-        voltage_limit=48.0,
-    )
-    joint = Joint(stiffness=3000.0, damping=1.0, rotor_friction=2.0)
-    return Arm(
-        Beam(1.0, mass_per_length=1.6, bending_stiffness=1000.0),
-        Hub(inertia=0.05, radius=0.06),
-        Payload(mass=1.0, inertia=0.002),
-        motor=motor,
-        joint=joint,
-        name="harmonic drive boom",
-    )
-
-
 _NONE_PUBLISHED = "its source gives none; half a percent is usual for a bare metal beam"
 
 
@@ -337,6 +318,25 @@ CATALOGUE: dict[str, Entry] = {
         uncertain="nothing: it is no rig; an example of an elastic joint whose spring is about as "
         "stiff as its beam",
         damping=SuggestedDamping(0.01, "assumed", "a bolted aluminium boom; of no measurement"),
+    ),
+    "two-wing-satellite": Entry(
+        two_wing_satellite,
+        "satellite with two wings, from a data sheet of its modes",
+        source="made up for this catalogue, in the form of a data sheet",
+        uncertain="everything: no such satellite; three modes are given, and those beyond are "
+        "not known",
+        damping=SuggestedDamping(
+            0.005, "assumed", "half a percent of the modes with the hub held is usual for wings"
+        ),
+    ),
+    "ruler-on-servo": Entry(
+        ruler_on_servo,
+        "steel ruler on a servo, an accelerometer on its way",
+        source="made up for this catalogue, from a section and a material",
+        uncertain="everything: no such rig; measure your own",
+        damping=SuggestedDamping(
+            0.01, "assumed", "one percent of the clamped modes, for a ruler screwed to its clamp"
+        ),
     ),
     "hodges-pierce-taper": Entry(
         hodges_pierce_taper,

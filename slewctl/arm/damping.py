@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from slewctl.arm.magnitudes import check_size_or_zero
 
@@ -32,6 +33,7 @@ class Rayleigh:
 
     alpha: float = 0.0
     beta: float = 0.0
+    kind: ClassVar[str] = "rayleigh"
 
     def __post_init__(self) -> None:
         for name in ("alpha", "beta"):
@@ -42,6 +44,10 @@ class Rayleigh:
     def coefficients(self) -> tuple[float, float]:
         """(α, β) of D = αM + βK."""
         return self.alpha, self.beta
+
+    def scaled(self, factor: float) -> Rayleigh:
+        """Return the law with all that it damps times a factor."""
+        return Rayleigh(factor * self.alpha, factor * self.beta)
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,7 @@ class KelvinVoigt:
     """
 
     retardation_time: float
+    kind: ClassVar[str] = "kelvin-voigt"
 
     def __post_init__(self) -> None:
         value = check_size_or_zero(self.retardation_time, "damping.retardation_time")
@@ -74,3 +81,48 @@ class KelvinVoigt:
     def coefficients(self) -> tuple[float, float]:
         """(α, β) of D = αM + βK; K has nothing to do with the rigid rotation."""
         return 0.0, self.retardation_time
+
+    def scaled(self, factor: float) -> KelvinVoigt:
+        """Return the law with all that it damps times a factor."""
+        return KelvinVoigt(factor * self.retardation_time)
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Drag of the medium along the beam alone: a force c per length and velocity.
+
+    It acts on the inertial velocity (r + x)θ̇ + v̇, so that it brakes the turning arm as well:
+    D = c ∫ [r + x, Φ]ᵀ[r + x, Φ] dx.  Hub, payload and lumped masses have none; the friction
+    of the axis is `Hub.friction`.
+
+    Parameters
+    ----------
+    per_length : float
+        c in N·s/m².
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.Arm(sc.arms.paper_beam().beam, damping=sc.Drag(0.1)).damping
+    Drag(per_length=0.1)
+    """
+
+    per_length: float
+    kind: ClassVar[str] = "drag"
+
+    def __post_init__(self) -> None:
+        value = check_size_or_zero(self.per_length, "damping.per_length")
+        object.__setattr__(self, "per_length", value)
+
+    @property
+    def coefficients(self) -> tuple[float, float]:
+        """(α, β) of D = αM + βK: none of it is in proportion to either."""
+        return 0.0, 0.0
+
+    def scaled(self, factor: float) -> Drag:
+        """Return the law with all that it damps times a factor."""
+        return Drag(factor * self.per_length)
+
+
+DampingLaw = Rayleigh | KelvinVoigt | Drag
+LAWS: tuple[type[DampingLaw], ...] = (Rayleigh, KelvinVoigt, Drag)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm.damping import KelvinVoigt, Rayleigh
+from slewctl.arm.beam import Beam
+from slewctl.arm.damping import DampingLaw
 from slewctl.arm.joint import Joint
-from slewctl.arm.parts import Arm, Beam
+from slewctl.arm.masses import LumpedMass
+from slewctl.arm.modal_data import ModalData
+from slewctl.arm.parts import Arm
 from slewctl.arm.profiles import ProfileSpec, Stations
 from slewctl.errors import (
     InputError,
@@ -45,6 +49,10 @@ def vary(
     hub_inertia_factor: float | None = None,
     stiffness_factor: float | None = None,
     mass_factor: float | None = None,
+    lumped_mass_factor: float | None = None,
+    frequency_factor: float | None = None,
+    coupling_factor: float | None = None,
+    inertia_factor: float | None = None,
     damping_factor: float | None = None,
     joint_stiffness: float | None = None,
     joint_damping: float | None = None,
@@ -68,6 +76,12 @@ def vary(
         The payload's own inertia stays.
     stiffness_factor, mass_factor : float, optional
         Times EI and m̄ all along the beam, whatever kind of profile they are.
+    lumped_mass_factor : float, optional
+        Times the mass and the inertia of every lumped mass on the beam.
+    frequency_factor : float, optional
+        Times the frequencies with the hub held: EI times its square.
+    coupling_factor, inertia_factor : float, optional
+        Times the couplings and the inertia of `ModalData`, for an arm that is made of them.
     damping_factor : float, optional
         Times the modal damping ratios and the coefficients of the damping law; the hub's
         friction has its own parameter.
@@ -100,13 +114,18 @@ def vary(
     if damping_ratio is not None:
         arm = replace(arm, damping_ratio=_ratios(damping_ratio, damping_factor))
     hub, payload = arm.hub, arm.payload
+    if isinstance(arm.beam, ModalData):
+        _refuse_payload({"payload_mass": payload_mass, "payload_inertia": payload_inertia})
     ratio, law = _damping(arm, _factor(damping_factor, "damping_factor"))
     return replace(
         arm,
         beam=_beam(
             arm.beam,
-            _factor(mass_factor, "mass_factor"),
-            _factor(stiffness_factor, "stiffness_factor"),
+            mass=_factor(mass_factor, "mass_factor"),
+            stiffness=_factor(stiffness_factor, "stiffness_factor"),
+            frequency=_factor(frequency_factor, "frequency_factor"),
+            coupling=_factor(coupling_factor, "coupling_factor"),
+            inertia=_factor(inertia_factor, "inertia_factor"),
         ),
         hub=replace(
             hub,
@@ -119,6 +138,7 @@ def vary(
             mass=_changed(payload.mass, payload_mass, payload_mass_factor, "payload_mass"),
             inertia=_changed(payload.inertia, payload_inertia, None, "payload_inertia"),
         ),
+        masses=_masses(arm, lumped_mass_factor),
         damping_ratio=ratio,
         damping=law,
         joint=_joint(arm.joint, joint_stiffness, joint_damping, joint_stiffness_factor),
@@ -189,14 +209,59 @@ def _ratios(given: object, factor: float | None) -> float | tuple[float, ...]:
     return check_damping_ratio(given, "damping_ratio")
 
 
-def _beam(beam: Beam, mass_factor: float, stiffness_factor: float) -> Beam:
-    if mass_factor == stiffness_factor == 1:
+def _masses(arm: Arm, factor: float | None) -> Sequence[LumpedMass]:
+    """Return the masses along the beam times the factor."""
+    scale = _factor(factor, "lumped_mass_factor")
+    if factor is not None and not arm.masses:
+        raise InputError(
+            "the arm has no lumped mass to multiply",
+            where="lumped_mass_factor",
+            remedy="give the arm its masses",
+        )
+    return tuple(mass.scaled(scale) for mass in arm.masses)
+
+
+def _beam(
+    beam: Beam,
+    *,
+    mass: float,
+    stiffness: float,
+    frequency: float,
+    coupling: float,
+    inertia: float,
+) -> Beam:
+    if isinstance(beam, ModalData):
+        _refuse_factor({"mass_factor": mass}, "modal data tell of no mass by itself")
+        frequencies = frequency * math.sqrt(stiffness)
+        return beam.scaled(frequency=frequencies, coupling=coupling, inertia=inertia)
+    of_data = {"coupling_factor": coupling, "inertia_factor": inertia}
+    _refuse_factor(of_data, "the arm has a beam and no modal data")
+    stiffness *= frequency**2
+    if mass == stiffness == 1:
         return beam
     return Beam(
         beam.length,
-        scaled(beam.mass_per_length, mass_factor),
-        scaled(beam.bending_stiffness, stiffness_factor),
+        scaled(beam.mass_per_length, mass),
+        scaled(beam.bending_stiffness, stiffness),
     )
+
+
+def _refuse_payload(values: Mapping[str, float | None]) -> None:
+    """Refuse a payload beside modal data, which are of the structure that has it."""
+    for name, value in values.items():
+        if value is not None and check_nonnegative(value, name):
+            raise InputError(
+                "modal data are of the whole structure, with its payload",
+                where=name,
+                remedy="vary frequencies, couplings and inertia instead",
+            )
+
+
+def _refuse_factor(factors: Mapping[str, float], why: str) -> None:
+    """Refuse factors that multiply nothing."""
+    for name, factor in factors.items():
+        if factor != 1:
+            raise InputError(why, where=name, remedy="leave it out")
 
 
 def scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:
@@ -214,9 +279,7 @@ def scaled(spec: ProfileSpec, factor: float) -> ProfileSpec:
     return factor * spec
 
 
-def _damping(
-    arm: Arm, factor: float
-) -> tuple[float | Sequence[float], Rayleigh | KelvinVoigt | None]:
+def _damping(arm: Arm, factor: float) -> tuple[float | Sequence[float], DampingLaw | None]:
     """Return the damping ratios and the damping law times the factor."""
     ratio, law = arm.damping_ratio, arm.damping
     if factor == 1:
@@ -225,8 +288,7 @@ def _damping(
     ratios = (
         [factor * value for value in ratio] if isinstance(ratio, Sequence) else [factor * ratio]
     )
-    coefficients = law.coefficients if law is not None else ()
-    if not any(ratios) and not any(coefficients):
+    if not any(ratios) and not (law and any(asdict(law).values())):
         raise InputError(
             "the arm has no damping to multiply",
             where="damping_factor",
@@ -238,8 +300,4 @@ def _damping(
             where="damping_factor",
             remedy="keep every damping ratio below 1",
         )
-    if isinstance(law, Rayleigh):
-        law = Rayleigh(factor * law.alpha, factor * law.beta)
-    elif isinstance(law, KelvinVoigt):
-        law = KelvinVoigt(factor * law.retardation_time)
-    return (tuple(ratios) if several else ratios[0]), law
+    return (tuple(ratios) if several else ratios[0]), law and law.scaled(factor)

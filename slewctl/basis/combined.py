@@ -54,5 +54,14 @@ class Combined(Basis):
     def twist(self) -> Array:
         return np.asarray(self.parent.twist @ self.coefficients)
 
+    @property
+    def needs_beam(self) -> bool:
+        return self.parent.needs_beam
+
+    def tip_values(self, coefficients: Array) -> Array:
+        if self.needs_beam:
+            return super().tip_values(coefficients)
+        return self.parent.tip_values(self.coefficients @ coefficients)
+
     def _evaluate(self, xi: Array, derivative: int) -> Array:
         return self.parent.combined(xi, derivative, self.coefficients)

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm import Arm
+from slewctl.arm import Arm, ModalData
 from slewctl.errors import InputError, check_count, shown
 
 
@@ -69,7 +69,22 @@ class Basis(ABC):
                 where=f"{type(self).__name__}.matched_to",
                 remedy="give a slewctl.Arm",
             )
+        if self.needs_beam and isinstance(arm.beam, ModalData):
+            raise InputError(
+                f"the {self.name} functions need a beam: {arm.name} is known by its modes alone",
+                where="basis",
+                remedy="use the basis 'modal'",
+            )
         return self._matched_to(arm)
+
+    @property
+    def needs_beam(self) -> bool:
+        """Whether the functions are of x along a beam."""
+        return True
+
+    def tip_values(self, coefficients: Array) -> Array:
+        """Return what the sign of combinations goes by: their deflection at the tip, (1, k)."""
+        return self.combined(np.ones(1), 0, coefficients)
 
     def _matched_to(self, arm: Arm) -> Basis:
         """Return what `matched_to` promises."""

@@ -3,13 +3,14 @@
 An arm whose points move by y(ξ) is bent by the inertia forces of that motion.  With lengths
 in units of L the bending moment is, up to a factor,
 
-    M(ξ) = ∫_ξ^1 y(s) (s − ξ) dm(s) + m_t y(1) (1 − ξ) + (J_t/L²) y'(1),
+    M(ξ) = ∫_ξ^1 y(s) (s − ξ) dm(s) + Σ m_i y(ξ_i) (ξ_i − ξ) + (J_i/L²) y'(ξ_i),
 
-and the deflection obeys EI φ'' = M, φ(0) = φ'(0) = 0.  The curvature M/EI is expanded in
-Legendre polynomials on panels, which are halved until the expansion has converged to
-rounding.  What is kept is the expansion: φ is then a piecewise polynomial of known degree; its
-boundary conditions, derivatives and quadrature are exact, and the expansion's error says no
-more than how close φ comes to the deflection that it stands for.
+summed over the payload and the masses along the beam that are beyond ξ, and the deflection
+obeys EI φ'' = M, φ(0) = φ'(0) = 0.  The curvature M/EI is expanded in Legendre polynomials on
+panels, which are halved until the expansion has converged to rounding.  What is kept is the
+expansion: φ is then a piecewise polynomial of known degree; its boundary conditions,
+derivatives and quadrature are exact, and the expansion's error says no more than how close φ
+comes to the deflection that it stands for.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class Panels:
     @classmethod
     def of(cls, arm: Arm, inner: tuple[float, ...]) -> Panels:
         """Return the panels between the arm's breakpoints and the `inner` ones."""
-        edges = _distinct((*arm.beam.breakpoints, *inner))
+        edges = _distinct((*arm.breakpoints, *inner))
         terms = _TERMS_IN_ALL // (len(edges) + 1)
         return cls(arm, edges, min(max(terms, _LEAST_TERMS), _MOST_TERMS))
 
@@ -119,14 +120,15 @@ class Panels:
         unresolved : ndarray of bool, shape (panels,)
         """
         xi, weights = self.rule
-        given, tip = self.inertia, np.ones(1)
+        given, bodies = self.inertia, self.arm.bodies
         y = motion.at(xi, given.radius)
         # M'' is the load, so that M is its double integral from the tip.
         load = self.from_tip.projected(1 - xi, 2, self.mass[:, None] * y)
         moment = self.from_tip.combined(1 - xi, 0, load)
-        moment += np.multiply.outer(
-            1 - xi, given.payload_mass * motion.at(tip, given.radius)[0]
-        ) + given.payload_inertia * motion.at(tip, given.radius, 1)
+        ahead = bodies.xi - xi[:, None]
+        moment += (np.maximum(ahead, 0.0) * bodies.mass) @ motion.at(bodies.xi, given.radius)
+        turned = np.where(ahead > 0, bodies.inertia, 0.0) / self.arm.beam.length**2
+        moment += turned @ motion.at(bodies.xi, given.radius, 1)
         curvature = moment / self.stiffness[:, None]
         coefficients = self.from_root.projected(xi, 2, weights[:, None] * curvature)
         return coefficients, self._tails(coefficients) | self._tails(load)[::-1]
@@ -207,19 +209,18 @@ def free_motion(arm: Arm, basis: Basis) -> Motion:
     panels = Panels.of(arm, basis.breakpoints)
     while basis.growth.exponent > 2 * np.pi * (len(panels.edges) + 1):
         panels = panels.halved(np.ones(len(panels.edges) + 1, dtype=bool))
-    given, (xi, _) = panels.inertia, panels.rule
-    reach, tip = given.radius + 1, np.ones(1)
+    given, bodies, (xi, _) = panels.inertia, arm.bodies, panels.rule
+    lever, inertia = given.radius + bodies.xi, bodies.inertia / arm.beam.length**2
     moment = panels.mass * (given.radius + xi)
     coupling = (
         moment @ basis.evaluate(xi)
-        + given.payload_mass * reach * basis.evaluate(tip)[0]
-        + given.payload_inertia * basis.evaluate(tip, 1)[0]
+        + (bodies.mass * lever) @ basis.evaluate(bodies.xi)
+        + inertia @ basis.evaluate(bodies.xi, 1)
     )
     J = (
         given.hub_inertia
         + float(moment @ (given.radius + xi))
-        + given.payload_mass * reach**2
-        + given.payload_inertia
+        + float(bodies.mass @ lever**2 + inertia.sum())
     )
     return Motion(-coupling / J, basis)
 

@@ -21,7 +21,8 @@ class Inertia:
     Attributes
     ----------
     hub_inertia, payload_inertia, beam_inertia : float
-        J_h/L², J_t/L² and ∫ m̄ x² dx / L², the latter about the clamp.
+        J_h/L², J_t/L² and, about the clamp, ∫ m̄ x² dx / L² with the masses along the beam as
+        points.
     payload_mass : float
     radius : float
         r/L.
@@ -37,11 +38,12 @@ class Inertia:
 def inertia_of(arm: Arm) -> Inertia:
     """Return the inertia of `arm` in units of its length."""
     L = arm.beam.length
-    xi, weights = panel_rule((0.0, *arm.beam.breakpoints, 1.0), _POINTS)
+    xi, weights = panel_rule((0.0, *arm.breakpoints, 1.0), _POINTS)
     return Inertia(
         arm.hub_inertia / L**2,
         arm.hub.radius / L,
-        float(L * weights @ (arm.beam.mass_profile(xi) * xi**2)),
+        float(L * weights @ (arm.beam.mass_profile(xi) * xi**2))
+        + sum(mass.mass * (mass.x / L) ** 2 for mass in arm.masses),
         arm.payload.mass,
         arm.payload.inertia / L**2,
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from slewctl.arm import Arm, ModalData
 from slewctl.basis.arm_matched import ArmMatched
 from slewctl.basis.clamped_free import ClampedFree
 from slewctl.basis.contract import Basis
 from slewctl.basis.hub_matched import HubMatched
+from slewctl.basis.modal import MODAL, Modal
 from slewctl.basis.polynomial import Polynomial
 from slewctl.basis.slewing import Slewing
 from slewctl.errors import InputError, check_choice, check_count, shown
@@ -16,6 +18,28 @@ BASES: dict[str, type[Basis]] = {
 """Bases that a name and a number of functions describe."""
 
 NAMES = tuple(BASES)
+"""Of bases for an arm that has a beam."""
+
+
+def bases_of(arm: Arm) -> tuple[str, ...]:
+    """Return the names of the bases that an arm can be modelled on.
+
+    Parameters
+    ----------
+    arm : Arm
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.basis import bases_of
+    >>> bases_of(sc.Arm(sc.ModalData(600.0, (0.2, 1.3), (20.0, 4.0))))
+    ('modal',)
+    """
+    return (MODAL,) if isinstance(arm.beam, ModalData) else NAMES
 
 
 def described(basis: object, n: object = None, where: str = "basis") -> Basis:
@@ -61,7 +85,7 @@ def create(name: str, n: int) -> Basis:
     Parameters
     ----------
     name : str
-        One of `NAMES`.
+        One of `NAMES`, or ``modal``.
     n : int
         How many functions.
 
@@ -80,4 +104,5 @@ def create(name: str, n: int) -> Basis:
     >>> create("hub-matched", 3)
     HubMatched(n=3, ratios=None)
     """
-    return BASES[check_choice(name, NAMES, "basis")](n)
+    known: dict[str, type[Basis]] = {**BASES, MODAL: Modal}
+    return known[check_choice(name, known, "basis")](n)

@@ -44,6 +44,13 @@ class WithJoint(Basis):
     def breakpoints(self) -> tuple[float, ...]:
         return self.parent.breakpoints
 
+    @property
+    def needs_beam(self) -> bool:
+        return self.parent.needs_beam
+
+    def tip_values(self, coefficients: Array) -> Array:
+        return self.parent.tip_values(coefficients[1:])
+
     def _evaluate(self, xi: Array, derivative: int) -> Array:
         bent = self.parent.evaluate(xi, derivative)
         return np.hstack([np.zeros((len(xi), 1)), bent])

@@ -4,31 +4,49 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from slewctl.arm import Arm, catalogue
-from slewctl.basis import NAMES, create
+from slewctl._types import Array
+from slewctl.arm import Arm, ModalData, catalogue
+from slewctl.basis import bases_of, create
 from slewctl.breakdown import computing
 from slewctl.cli.terminal import OUT, number_table, show
+from slewctl.compare import unit_notes
 from slewctl.files import (
     computing_arm,
     find_arm,
 )
-from slewctl.model import BOUNDARIES, assemble, frequencies, truth
+from slewctl.model import BOUNDARIES, frequencies, truth
+from slewctl.model.locked import ritz_frequencies_hz
+from slewctl.model.ritz import Boundary
 
 
-def print_modes(arm: str, orders: int, modes: int) -> None:
+def print_modes(arm: str, orders: int, modes: int, locked: bool = False) -> None:
     """Print the natural frequencies of an arm by basis and number of functions."""
     chosen = find_arm(arm)
+    boundary: Boundary = "hub-locked" if locked else "free"
     table = number_table("basis", "n", *(f"f{k} (Hz)" for k in range(1, modes + 1)))
+
+    def add(name: str, n: str, hertz: Array) -> None:
+        cells = [f"{f:.6f}" for f in hertz[:modes]]
+        table.add_row(name, n, *cells, *["-"] * (modes - len(cells)))
+
     with computing_arm(arm):
         exact = truth(chosen, max(modes, 10))
-        for basis in NAMES:
-            for n in range(1, orders + 1):
-                found = assemble(chosen, create(basis, n)).frequencies_hz[:modes]
-                cells = [f"{f:.6f}" for f in found] + ["-"] * (modes - len(found))
-                table.add_row(basis, str(n), *cells)
-    table.add_row("truth", "", *(f"{f:.6f}" for f in exact.frequencies_hz[:modes]))
+        for basis in bases_of(chosen):
+            for n in range(1, _most_functions(chosen, orders) + 1):
+                functions = create(basis, n).matched_to(chosen)
+                add(basis, str(n), ritz_frequencies_hz(chosen, functions, boundary))
+        held = frequencies(chosen, _most_functions(chosen, modes)).hz
+        notes = unit_notes(chosen)
+    add("truth", "", held if locked else exact.frequencies_hz)
     show(table)
-    OUT.print(str(exact))
+    OUT.print(f"{chosen.name} with its hub held" if locked else str(exact))
+    for note in notes:
+        OUT.print(f"note: {note}", soft_wrap=True)
+
+
+def _most_functions(arm: Arm, wanted: int) -> int:
+    """Return a number of modes or functions, not more than the arm's data have."""
+    return min(wanted, arm.beam.modes) if isinstance(arm.beam, ModalData) else wanted
 
 
 def print_arms(name: str | None) -> None:
@@ -36,19 +54,25 @@ def print_arms(name: str | None) -> None:
     if name is None:
         table = number_table("name", "length (m)", "what it is")
         for key, entry in catalogue.CATALOGUE.items():
-            table.add_row(key, f"{entry.build().beam.length:g}", entry.summary)
+            beam = entry.build().beam
+            length = "-" if isinstance(beam, ModalData) else f"{beam.length:g}"
+            table.add_row(key, length, entry.summary)
         show(table)
         OUT.print("more about one: slewctl arms NAME")
         return
     arm = catalogue.get(name)
     entry = catalogue.CATALOGUE[name]
-    parts = {
+    parts: dict[str, object] = {
         "hub": arm.hub,
         "payload": arm.payload,
         "motor": arm.motor,
         "joint": arm.joint,
         "actuator": arm.actuator,
     }
+    if isinstance(arm.beam, ModalData):
+        parts["modal data"] = arm.beam
+    if arm.masses:
+        parts["masses"] = arm.masses
     texts = {"what": entry.summary, "source": entry.source, "uncertain": entry.uncertain}
     texts["damping ratio to design with"] = str(entry.damping)
     for title, text in {**texts, **parts}.items():
@@ -70,7 +94,7 @@ def _published(arm: Arm, entry: catalogue.Entry) -> Table:
             if published.boundary == boundary
             for mode, hertz in published.frequencies_hz
         }
-        computed = frequencies(arm, max([3, *printed]), boundary).hz
+        computed = frequencies(arm, _most_functions(arm, max([3, *printed])), boundary).hz
         for mode, hertz in enumerate(computed, start=1):
             beside = printed.get(mode)
             cells = ("", "") if beside is None else (f"{beside:g}", f"{hertz / beside - 1:+.2%}")

@@ -51,14 +51,15 @@ def _file(name: str, text: str) -> Callable[[F], F]:
               help="Largest number of functions.")  # fmt: skip
 @click.option("-m", "--modes", default=3, show_default=True, type=click.IntRange(1, 20),
               help="How many flexible frequencies to print.")  # fmt: skip
-def modes_command(arm: str, orders: int, modes: int) -> None:
+@click.option("--locked", is_flag=True, help="With the hub held, as on a clamp or in a data sheet.")
+def modes_command(arm: str, orders: int, modes: int, locked: bool) -> None:
     """Print the natural frequencies of ARM by basis and number of functions.
 
     ARM is a catalogue name or a TOML file with an [arm] table.
     """
     from slewctl.cli.arms import print_modes
 
-    print_modes(arm, orders, modes)
+    print_modes(arm, orders, modes, locked)
 
 
 @cli.command("arms")

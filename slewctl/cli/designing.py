@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from slewctl.cli.terminal import OUT
-from slewctl.compare import Judge
+from slewctl.compare import Judge, unit_notes
 from slewctl.files import read_design
 
 
@@ -18,6 +18,8 @@ def write_design(design: Path, out: Path) -> int:
     OUT.print(f"{controller!r} is written to {out}")
     for line in controller.assumptions:
         OUT.print(f"  {line}")
+    for note in unit_notes(file.case.arm):
+        OUT.print(f"note: {note}", soft_wrap=True)
     if controller.certificate.verified:
         return 0
     OUT.print(f"{controller.certificate}")

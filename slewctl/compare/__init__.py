@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     )
     from slewctl.compare.convergence import Followed, Seen, follow
     from slewctl.compare.design_basis import REDUCTIONS, SOURCES, DesignModel, design_model
+    from slewctl.compare.doubtful_units import unit_notes
     from slewctl.compare.evaluation import Evaluation, Judge, evaluate
     from slewctl.compare.judgement import Judgement, Yardstick
     from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
@@ -113,6 +114,7 @@ __all__ = [
     "sampling_loss",
     "spillover_ladder",
     "sweep",
+    "unit_notes",
     "worst_case",
 ]
 

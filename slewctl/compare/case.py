@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
-from slewctl.arm import Arm
-from slewctl.basis import NAMES
+from slewctl.arm import Arm, ModalData
+from slewctl.basis import MODAL, NAMES, bases_of
 from slewctl.design import METHODS, options
 from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError, check_choice, check_count, check_each, shown, suggest
@@ -72,7 +72,8 @@ class Case:
     truth_modes : int
         Flexible modes that the truth keeps; not fewer than any n compared.
     bases : tuple of str
-        Bases that a comparison tries; none for a given law.
+        Bases that a comparison tries; by default, of an arm from modal data, its modes; none
+        for a given law.
     orders : tuple of int
         Numbers of functions that a comparison tries.
 
@@ -104,7 +105,8 @@ class Case:
         object.__setattr__(self, "bases", tuple(self.bases))
         object.__setattr__(self, "orders", tuple(self.orders))
         if not self.is_given:
-            check_choice(self.basis, NAMES, "model.basis")
+            self._keep_to_modal_data()
+            check_choice(self.basis, (*NAMES, MODAL), "model.basis")
             check_count(self.n, "model.n")
         known = options(self.method)
         for key in self.options:
@@ -114,7 +116,8 @@ class Case:
                     where=f"controller.{key}",
                     remedy=suggest(key, known) if known else "leave it out",
                 )
-        check_each(self.bases, "compare.bases", lambda name, at: check_choice(name, NAMES, at))
+        choices = bases_of(self.arm)
+        check_each(self.bases, "compare.bases", lambda name, at: check_choice(name, choices, at))
         check_each(self.orders, "compare.orders", check_count)
         if self.truth_modes > MOST_TRUTH_MODES:
             raise InputError(
@@ -139,6 +142,17 @@ class Case:
                 remedy=f"keep at least {min(2 * largest, MOST_TRUTH_MODES)} modes (truth.modes)",
             )
 
+    def _keep_to_modal_data(self) -> None:
+        """Compare an arm from modal data on its modes where nobody asks for something else."""
+        if not isinstance(self.arm.beam, ModalData):
+            return
+        given = {field.name: field.default for field in fields(self)}
+        if self.bases == given["bases"]:
+            object.__setattr__(self, "bases", (MODAL,))
+        if self.orders == given["orders"]:
+            orders = tuple(n for n in self.orders if n <= self.arm.beam.modes)
+            object.__setattr__(self, "orders", orders)
+
     @property
     def is_given(self) -> bool:
         """Whether the controller was made elsewhere."""
@@ -154,3 +168,32 @@ class Case:
         """Every basis and n to compare, the case's own included."""
         grid = [Origin(basis, n) for basis in self.bases for n in self.orders]
         return tuple(dict.fromkeys([*grid, self.origin]))
+
+
+def check_basis(arm: Arm, basis: str, n: int) -> None:
+    """Refuse a basis, or a number of functions, that an arm cannot have.
+
+    Parameters
+    ----------
+    arm : Arm
+    basis : str
+    n : int
+
+    Raises
+    ------
+    InputError
+    """
+    known, beam = bases_of(arm), arm.beam
+    if basis not in known:
+        what = "has a beam" if basis == MODAL else "is known by its modes alone"
+        raise InputError(
+            f"{shown(basis)} for an arm that {what}",
+            where="model.basis",
+            remedy=f"use {' or '.join(known)}",
+        )
+    if isinstance(beam, ModalData) and n > beam.modes:
+        raise InputError(
+            f"{shown(n)} modes of an arm whose data give {beam.modes}",
+            where="model.n",
+            remedy=f"give at most {beam.modes}",
+        )

@@ -11,6 +11,7 @@ import numpy as np
 from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl._threads import single_threaded
 from slewctl._types import Array
+from slewctl.arm import Arm, ModalData
 from slewctl.compare.case import Case, Origin
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.evaluation import Evaluation, Judge
@@ -100,7 +101,8 @@ class TruthSummary:
     optimum_drift : float or None
         Relative change of the optimal cost on a truth of twice the modes.
     hub_ratio : float
-        Hub inertia (with the motor's rotor) over that of the beam about the axis.
+        Hub inertia (with the motor's rotor) over that of the beam about the axis; of an arm
+        from modal data the inertia that no mode moves over that which they do.
     """
 
     modes: int
@@ -149,7 +151,8 @@ class CaseResult(Tabular):
     curves : tuple of LoopCurves
         The chosen order on each basis.
     shapes : tuple of ModeShapes
-        The truth, and the chosen order on each basis; none for a given law.
+        The truth, and the chosen order on each basis; none for a given law, and none of an arm
+        from modal data.
     ladders : tuple of Ladder
         The chosen order on each basis, as more and more modes of the truth are let in.
     """
@@ -163,6 +166,11 @@ class CaseResult(Tabular):
     curves: tuple[LoopCurves, ...]
     shapes: tuple[ModeShapes, ...]
     ladders: tuple[Ladder, ...]
+
+    @property
+    def from_modal_data(self) -> bool:
+        """Whether the arm is from modal data, so that they are the truth."""
+        return isinstance(self.case.arm.beam, ModalData)
 
     def rows(self) -> list[dict[str, object]]:
         """Return one row for each design: every quantity by its name."""
@@ -288,7 +296,8 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
     curves: list[LoopCurves] = []
     ladders: list[Ladder] = []
     stairs = steps(judge)
-    shapes = [] if case.is_given else [_shapes("truth", judge.truth, case.n)]
+    shown = not (case.is_given or judge.truth.given)
+    shapes = [_shapes("truth", judge.truth, case.n)] if shown else []
     for origin in case.candidates:
         progress(f"{case.name}: {origin}")
         try:
@@ -303,7 +312,7 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
         if origin.n == case.n:
             curves.append(_curve(found))
             ladders.append(climb(stairs, judge, origin, found.controller))
-            if found.design is not None and found.design.model is not None:
+            if found.design is not None and found.design.model is not None and shapes:
                 shapes.append(_shapes(origin.basis, found.design.model, case.n))
     chosen = next(e for e in evaluations if e.origin == case.origin)
     return CaseResult(
@@ -337,8 +346,16 @@ def _summary(judge: Judge, chosen: Evaluation) -> TruthSummary:
         optimal_cost=optimum.h2_cost if optimum else None,
         optimal_verified=optimum is not None and optimum.certificate.verified,
         optimum_drift=drift if optimum else None,
-        hub_ratio=arm.hub_inertia / beam_inertia(arm),
+        hub_ratio=_hub_ratio(arm),
     )
+
+
+def _hub_ratio(arm: Arm) -> float:
+    """Return the hub's inertia over the beam's; of modal data what no mode moves over the rest."""
+    if isinstance(arm.beam, ModalData):
+        rigid = arm.beam.rigid_remainder(arm.hub_inertia)
+        return rigid / (arm.beam.inertia + arm.hub_inertia - rigid)
+    return arm.hub_inertia / beam_inertia(arm)
 
 
 def _curve(evaluation: Evaluation) -> LoopCurves:

@@ -44,7 +44,7 @@ class Followed:
     seen : tuple of Seen
         By increasing number of modes.
     converged : bool
-        Whether the last two agree within 1 %.
+        Whether the last two agree within 1 %, or the last is on all modes that there are.
     """
 
     quantity: Quantity
@@ -112,7 +112,9 @@ def follow(judgement: Judgement, name: str) -> Followed:
         # Yes and no approach no limit: two that agree prove less, and more of them cost little.
         if quantity.kind != "stability" and _settled(quantity, seen):
             return Followed(quantity, tuple(seen), converged=True)
-    return Followed(quantity, tuple(seen), converged=_settled(quantity, seen))
+    # The modes that modal data give are all there are: the last value is the one.
+    complete = judged.yardstick.model.complete
+    return Followed(quantity, tuple(seen), converged=complete or _settled(quantity, seen))
 
 
 def _read(judgement: Judgement, name: str) -> Reading:

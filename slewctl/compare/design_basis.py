@@ -15,7 +15,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.arm import Arm
-from slewctl.basis import NAMES, create
+from slewctl.basis import MODAL, NAMES, create
 from slewctl.design import METHODS, Controller
 from slewctl.errors import InputError, check_choice, check_count
 from slewctl.model import Model, Truth, assemble
@@ -103,7 +103,7 @@ def design_model(truth: Truth, objective: Objective, source: str, n: int) -> Des
         Of a basis only its arm is used; a reduction is made of the truth itself.
     objective : Objective
     source : str
-        Of `SOURCES`.
+        Of `SOURCES`, or ``modal`` for an arm from modal data.
     n : int
 
     Returns
@@ -128,8 +128,8 @@ def design_model(truth: Truth, objective: Objective, source: str, n: int) -> Des
     >>> len(reduced.plant.A)
     6
     """
-    check_choice(source, SOURCES, "basis")
-    if source in NAMES:
+    check_choice(source, (*SOURCES, MODAL), "basis")
+    if source in (*NAMES, MODAL):
         model = _assembled(truth.arm, source, n)
         return DesignModel(source, n, generalised_plant(model, objective), model)
     check_reducible(truth.modes, n, "n")

@@ -65,9 +65,9 @@ class Yardstick:
 
     @cached_property
     def finer(self) -> Yardstick | None:
-        """The same arm's truth of twice the modes; None beyond `MOST_MODES`."""
+        """The same arm's truth of twice the modes; None beyond `MOST_MODES`, or those given."""
         modes = 2 * self.modes
-        if modes > MOST_MODES:
+        if modes > MOST_MODES or self.model.complete:
             return None
         return Yardstick(truth(self.model.arm, modes), self.objective)
 

@@ -230,6 +230,7 @@ def _number(value: float | None) -> Reading:
 _NO_CROSSING = "the gain never crosses one: no {} makes it unstable"
 _PASSES = "white sensor noise passes straight to the actuator"
 _MOTOR = "the arm has no motor"
+_TIP = "the arm's modal data tell of no tip"
 _ms = _of_margins(lambda m: _reciprocal(m.modulus))
 
 _LIST = (
@@ -304,7 +305,7 @@ _LIST = (
     ),
     Quantity(
         "tip_rms", "m", "tip rms", "smaller", "tip under the noise, root mean square", "noise",
-        _noise(lambda n: n.tip), scale="length",
+        _noise(lambda n: n.tip), needs=_TIP, scale="length",
     ),
     Quantity(
         "torque_rms", "N·m", "τ rms", "smaller", "torque under the noise, root mean square",

@@ -6,44 +6,48 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
+
+import numpy as np
 
 from slewctl.arm import (
+    LAWS,
     Actuator,
     Arm,
-    Beam,
+    DampingLaw,
     Hub,
     Joint,
-    KelvinVoigt,
+    LumpedMass,
     Motor,
     Payload,
-    ProfileSpec,
-    Rayleigh,
     Sensor,
-    Stations,
     catalogue,
+    equal_appendages,
 )
 from slewctl.breakdown import computing
-from slewctl.errors import InputError, check_choice, check_each, check_number, shown
+from slewctl.errors import InputError, check_choice
+from slewctl.files.beam_table import beam_of_table
+from slewctl.files.chosen_tables import DragTable, KelvinVoigtTable, RayleighTable
 from slewctl.files.drive_tables import SensorTable
-from slewctl.files.faults import Faults
+from slewctl.files.faults import Faults, missing
+from slewctl.files.modal_table import arm_of_wings, data_of_table
 from slewctl.files.refusals import validate
-from slewctl.files.schema import (
-    ArmTable,
-    BeamTable,
-    KelvinVoigtTable,
-    RayleighTable,
-)
+from slewctl.files.schema import ArmTable
 from slewctl.files.source import read_source
 from slewctl.files.table import Table
 from slewctl.plant.signals import signal
 
+# What describes an arm that is not of the catalogue.
+DESCRIBED = ("beam", "modal_data", "wings")
+_OWN_RATIOS = InputError(
+    "each wing has its own",
+    where="arm.damping_ratio",
+    remedy="leave it out, and give each of arm.wings its damping_ratio",
+)
 Part = TypeVar("Part", Hub, Payload)
 # Kind of damping law: the table that describes it, and the law.
-_LAWS: dict[str, tuple[type[Table], type[Rayleigh | KelvinVoigt]]] = {
-    "rayleigh": (RayleighTable, Rayleigh),
-    "kelvin-voigt": (KelvinVoigtTable, KelvinVoigt),
-}
+_TABLES: tuple[type[Table], ...] = (RayleighTable, KelvinVoigtTable, DragTable)
+_LAWS = {law.kind: (table, law) for table, law in zip(_TABLES, LAWS, strict=True)}
 
 
 def find_arm(name: str) -> Arm:
@@ -148,17 +152,26 @@ def arm_of_table(table: ArmTable) -> Arm:
         "hub": table.hub and faults.attempt(_changed, arm.hub if arm else Hub(), table.hub),
         "payload": table.payload
         and faults.attempt(_changed, arm.payload if arm else Payload(), table.payload),
+        "masses": table.masses and [LumpedMass(**mass.model_dump()) for mass in table.masses],
         "motor": table.motor and faults.attempt(Motor, **table.motor.model_dump()),
         "joint": table.joint and faults.attempt(Joint, **table.joint.model_dump()),
         "actuator": table.actuator and faults.attempt(Actuator, **table.actuator.model_dump()),
         "sensors": table.sensors and _sensors(table.sensors, arm, faults),
         "damping": None if table.damping is None else faults.attempt(_damping, table.damping),
         "damping_ratio": ratio,
+        "damping_modes": table.damping_modes,
         "name": table.name or None,
     }
+    unsaid = ratio is None and not np.any(arm.damping_ratio if arm else 0.0)
+    if table.damping_modes is not None and unsaid:
+        faults.add([missing("arm.damping_ratio")])
+    if table.wings is not None and ratio is not None:
+        faults.add([_OWN_RATIOS])
     given = {key: part for key, part in parts.items() if part is not None}
     # What is wrong with the whole is looked for even if one of its parts is.
     whole = faults.attempt(replace, arm or catalogue.get(catalogue.names()[0]), **given)
+    if whole is not None and table.appendages is not None:
+        whole = faults.attempt(equal_appendages, whole, table.appendages)
     return faults.settled(whole)
 
 
@@ -193,27 +206,24 @@ def _changed(part: Part, table: Table) -> Part:
 
 
 def _unchanged(table: ArmTable) -> Arm:
-    """Return the arm of the catalogue, or that of a beam alone."""
-    if (table.catalogue is None) == (table.beam is None):
+    """Return the arm of the catalogue, or that of a beam or of modal data alone."""
+    if sum(getattr(table, kind) is not None for kind in ("catalogue", *DESCRIBED)) != 1:
         raise InputError(
-            "give either catalogue or beam",
+            "give either catalogue or beam, or else modal_data or wings",
             where="arm",
             remedy=f"catalogue arms: {', '.join(catalogue.names())}",
         )
     if table.beam is not None:
-        return Arm(_beam(table.beam))
+        return Arm(beam_of_table(table.beam))
+    hub = Hub() if table.hub is None else _changed(Hub(), table.hub)
+    if table.modal_data is not None:
+        return Arm(data_of_table(table.modal_data), hub)
+    if table.wings is not None:
+        return arm_of_wings(table.wings, hub)
     return catalogue.get(check_choice(str(table.catalogue), catalogue.names(), "arm.catalogue"))
 
 
-def _beam(table: BeamTable) -> Beam:
-    faults = Faults()
-    mass = faults.attempt(_profile, table.mass_per_length, "arm.beam.mass_per_length")
-    stiffness = faults.attempt(_profile, table.bending_stiffness, "arm.beam.bending_stiffness")
-    faults.tell()
-    return Beam(table.length, cast(ProfileSpec, mass), cast(ProfileSpec, stiffness))
-
-
-def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:
+def _damping(content: Mapping[str, Any]) -> DampingLaw:
     """Return the damping law of ``[arm.damping]``, whose kind says which keys it takes."""
     if "kind" not in content:
         raise InputError(
@@ -229,21 +239,3 @@ def _damping(content: Mapping[str, Any]) -> Rayleigh | KelvinVoigt:
             remedy=f"give {' or '.join(keys)}, or leave the table out",
         )
     return law(**keys)
-
-
-def _profile(value: object, where: str) -> ProfileSpec:
-    if isinstance(value, dict):
-        if set(value) != {"x", "values"} or not all(isinstance(v, list) for v in value.values()):
-            raise InputError(
-                f"a table of stations with keys {shown(sorted(value))}",
-                where=where,
-                remedy="give { x = [...], values = [...] }, x in metres",
-            )
-        try:
-            return Stations(value["x"], value["values"])
-        except InputError as error:
-            key = where + error.where.removeprefix("stations")
-            raise error.at(key) from error
-    if isinstance(value, list):
-        return check_each(value, where, check_number)
-    return check_number(value, where)

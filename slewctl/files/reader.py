@@ -10,12 +10,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from slewctl.arm import Arm, Joint, catalogue, vary
+from slewctl.arm import Arm, Hub, Joint, ModalData, catalogue, vary
 from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import QUANTITIES, Case
+from slewctl.compare.case import check_basis
 from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError, shown
-from slewctl.files.arm_table import arm_of_table
+from slewctl.files.arm_table import DESCRIBED, arm_of_table
+from slewctl.files.encoders import with_encoder_noise
 from slewctl.files.faults import Faults, missing
 from slewctl.files.find import find_designs, name_designs, refuse_study
 from slewctl.files.given_law import (
@@ -140,7 +142,7 @@ def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
 def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     _check_schema(source.content)
     faults = Faults()
-    tables = validate_each(source.content, DesignTable, faults)
+    tables = validate_each(with_encoder_noise(source.content, faults), DesignTable, faults)
     method = tables.get("controller", {}).get("method")
     missing_of(method, source.content, faults)
     requirements = tables.get("requirements", {})
@@ -150,12 +152,14 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     keys = _parts_of_case(source, tables, arm, faults)
     tried = tables.get("variations", {})
     common = {} if faults else requirements
-    variations = faults.attempt(read_variations, tried, arm or _stand_in(), common) or ()
+    variations = (
+        faults.attempt(read_variations, tried, arm or _stand_in(source.content), common) or ()
+    )
     asked = [requirements, *(variation.requirements for variation in variations)]
     uncertainty = None
     if tables.get("uncertainty"):
         uncertainty = faults.attempt(
-            read_uncertainty, tables["uncertainty"], arm or _stand_in(), tried
+            read_uncertainty, tables["uncertainty"], arm or _stand_in(source.content), tried
         )
     sought = () if uncertainty is None else (QUANTITIES[uncertainty.quantity].requirement,)
     needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
@@ -176,8 +180,8 @@ def _arm(content: Mapping[str, Any], tables: Mapping[str, Any], faults: Faults) 
     if "arm" not in tables:
         return None
     keys = tables["arm"]
-    if {"catalogue", "beam"} & (content["arm"].keys() - keys.keys()):
-        keys = {**keys, "catalogue": catalogue.names()[0], "beam": None}
+    if {"catalogue", *DESCRIBED} & (content["arm"].keys() - keys.keys()):
+        keys = {**keys, **dict.fromkeys(DESCRIBED), "catalogue": catalogue.names()[0]}
     return faults.attempt(arm_of_table, ArmTable.model_construct(**keys))
 
 
@@ -196,8 +200,11 @@ def _check_schema(content: Mapping[str, Any]) -> None:
         )
 
 
-def _stand_in() -> Arm:
+def _stand_in(content: Mapping[str, Any]) -> Arm:
     """Return an arm that has everything, to look at the rest of a file if its own is wrong."""
+    if isinstance(content.get("arm"), Mapping) and {"modal_data", "wings"} & content["arm"].keys():
+        data = ModalData(100.0, [1.0], [1.0])
+        return Arm(data, Hub(1.0), damping_ratio=0.01)
     arm = catalogue.get(catalogue.names()[0])
     arm = replace(arm, joint=Joint(1.0, 1.0, rotor_inertia=1.0), damping_ratio=0.01)
     return vary(arm, payload_mass=1.0, hub_inertia=1.0)
@@ -208,7 +215,7 @@ def _parts_of_case(
 ) -> dict[str, Any]:
     """Return what a case is made of; each part is tried alone, so that none hides another."""
     content = source.content
-    keys: dict[str, Any] = {"arm": arm or _stand_in(), "objective": Objective(_HALF, _HALF)}
+    keys: dict[str, Any] = {"arm": arm or _stand_in(content), "objective": Objective(_HALF, _HALF)}
     groups: list[dict[str, Any]] = []
     controller = tables.get("controller", {})
     is_given = controller.get("method") == GIVEN
@@ -236,6 +243,8 @@ def _parts_of_case(
     for group in groups:
         faults.attempt(Case, **alone, **group)
         keys |= group
+    if arm is not None and not faults and {"basis", "n"} <= keys.keys():
+        faults.attempt(check_basis, arm, keys["basis"], keys["n"])
     if is_given:
         keys["objective"] = faults.attempt(read_given, options, stated, arm, weighted=weighted)
     if "slew" in tables:

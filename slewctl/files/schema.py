@@ -4,22 +4,19 @@ Defaults are those of the classes that the tables describe.  Signs are checked h
 there, key by key: a class refuses the first wrong value, a file is told all of them at once.
 """
 
-# ruff: noqa: RUF012 - pydantic copies a default for every table that is read.
-
 from __future__ import annotations
 
 from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field
 
-from slewctl.arm import Hub, Motor, Payload, Rayleigh
-from slewctl.compare import Case, Grid
+from slewctl.arm import Hub, LumpedMass, Motor, Payload
+from slewctl.compare import Case
 from slewctl.files.drive_tables import ActuatorTable, JointTable, SensorTable
-from slewctl.files.table import Count, Efficiency, Finite, NonNegative, Positive, T, Table
+from slewctl.files.modal_schema import ModalDataTable, WingTable
+from slewctl.files.table import Count, Efficiency, Finite, NonNegative, Positive, Several, Table
 from slewctl.files.table import told as _told
 
-# More is no comparison that anybody reads.
-Several = Annotated[list[T], Field(max_length=100)]
 # Of limits or of noise.
 MOST_SIGNALS = 100
 
@@ -36,11 +33,19 @@ class BeamTable(Table):
 
     length: Annotated[Positive, _told("m", "of the beam", 1.0)]
     mass_per_length: Annotated[
-        Any, _told("kg/m", "a number, coefficients in x/L, or stations", 2.0)
-    ]
+        Any, _told("kg/m", "a number, coefficients in x/L, or stations; not beside a section", 2.0)
+    ] = None
     bending_stiffness: Annotated[
-        Any, _told("N·m²", "a number, coefficients in x/L, or stations", 40.0)
-    ]
+        Any, _told("N·m²", "a number, coefficients in x/L, or stations; not beside a section", 40.0)
+    ] = None
+    section: Annotated[
+        dict[str, Any] | None,
+        _told(
+            "table",
+            "a rectangle or a round tube of one material, instead of both",
+            {"width": 0.03, "thickness": 0.0015, "youngs_modulus": 2.0e11, "density": 7850.0},
+        ),
+    ] = None
 
 
 class HubTable(Table):
@@ -58,19 +63,14 @@ class PayloadTable(Table):
     inertia: Annotated[NonNegative, _told("kg·m²", "about its own centre", 0.001)] = Payload.inertia
 
 
-class RayleighTable(Table):
-    """``[arm.damping]`` with kind = "rayleigh"."""
+class LumpedMassTable(Table):
+    """``[[arm.masses]]``."""
 
-    kind: Annotated[str, _told("text", "the law", "rayleigh")]
-    alpha: Annotated[NonNegative, _told("1/s", "of the mass matrix", 0.1)] = Rayleigh.alpha
-    beta: Annotated[NonNegative, _told("s", "of the stiffness matrix", 1e-4)] = Rayleigh.beta
-
-
-class KelvinVoigtTable(Table):
-    """``[arm.damping]`` with kind = "kelvin-voigt"."""
-
-    kind: Annotated[str, _told("text", "the law", "kelvin-voigt")]
-    retardation_time: Annotated[NonNegative, _told("s", "of the beam's material", 1e-4)]
+    x: Annotated[NonNegative, _told("m", "from the clamp", 0.3)]
+    mass: Annotated[NonNegative, _told("kg", "fixed to the beam there", 0.05)] = LumpedMass.mass
+    inertia: Annotated[NonNegative, _told("kg·m²", "about its own centre", 1e-5)] = (
+        LumpedMass.inertia
+    )
 
 
 class MotorTable(Table):
@@ -124,11 +124,35 @@ class ArmTable(Table):
             {"length": 1.0, "mass_per_length": 2.0, "bending_stiffness": 40.0},
         ),
     ] = None
+    modal_data: Annotated[
+        ModalDataTable | None,
+        _told(
+            "table",
+            "the modes with the hub held, of a data sheet, instead of a beam",
+            {"inertia": 600.0, "frequencies_hz": [0.2, 1.3], "coupling": [20.0, 4.0]},
+        ),
+    ] = None
+    wings: Annotated[
+        dict[str, WingTable] | None,
+        _told(
+            "tables",
+            "unequal appendages by name, each with modal data of its own",
+            {"left": {"inertia": 300.0, "frequencies_hz": [0.2], "coupling": [14.0]}},
+        ),
+    ] = None
+    appendages: Annotated[
+        Count | None,
+        _told("1", "equal ones on the hub: beam, payload and data are those of one", 2),
+    ] = None
     hub: Annotated[
         HubTable | None, _told("table", "what turns and carries the beam", {"inertia": 0.2})
     ] = None
     payload: Annotated[
         PayloadTable | None, _told("table", "what is fixed to the tip", {"mass": 0.1})
+    ] = None
+    masses: Annotated[
+        Several[LumpedMassTable] | None,
+        _told("tables", "rigid bodies fixed along the beam", [{"x": 0.3, "mass": 0.05}]),
     ] = None
     motor: Annotated[
         MotorTable | None,
@@ -157,7 +181,9 @@ class ArmTable(Table):
     damping: Annotated[
         dict[str, Any] | None,
         _told(
-            "table", "a damping law, rayleigh or kelvin-voigt", {"kind": "rayleigh", "beta": 1e-4}
+            "table",
+            "a damping law: rayleigh, kelvin-voigt or drag",
+            {"kind": "rayleigh", "beta": 1e-4},
         ),
     ] = None
     damping_ratio: Annotated[
@@ -166,6 +192,14 @@ class ArmTable(Table):
             "1",
             "ζ of every flexible mode, or a list: the last value holds for all that follow",
             0.005,
+        ),
+    ] = None
+    damping_modes: Annotated[
+        str | None,
+        _told(
+            "text",
+            "whose modes have these ratios: free (the default) or hub-locked",
+            "hub-locked",
         ),
     ] = None
 
@@ -206,7 +240,7 @@ class ControllerTable(Table):
         Annotated[dict[str, Positive], Field(max_length=MOST_SIGNALS)] | None,
         _told(
             "table",
-            "white noise of the actuator and of each sensor, in its own unit per √Hz",
+            "white noise of the torque and of each sensor, in its own unit per √Hz; or an encoder",
             {"torque": 0.1, "theta": 0.01},
         ),
     ] = None
@@ -326,49 +360,3 @@ class DesignTable(Table):
             {"box": {"payload_mass": [0.0, 0.2]}},
         ),
     ] = None
-
-
-class GridTable(Table):
-    """``[[grid]]``: the values of each axis; every combination is tried."""
-
-    bases: Annotated[
-        list[str],
-        _told("list of text", "bases, or reductions of the truth", ["clamped-free", "slewing"]),
-    ] = list(Grid.bases)
-    orders: Annotated[list[Count], _told("list", "numbers of functions", [1, 2, 3])] = list(
-        Grid.orders
-    )
-    methods: Annotated[list[str], _told("list of text", "design methods", ["lqg"])] = list(
-        Grid.methods
-    )
-    hub_ratios: Annotated[
-        list[NonNegative], _told("list", "hub inertia over that of the beam", [0.0, 1.0])
-    ] = list(Grid.hub_ratios)
-    payload_ratios: Annotated[
-        list[NonNegative], _told("list", "payload mass over that of the beam", [0.0, 0.5])
-    ] = list(Grid.payload_ratios)
-    damping_ratios: Annotated[
-        list[NonNegative], _told("list", "ζ of every flexible mode", [0.005])
-    ] = list(Grid.damping_ratios)
-    bandwidths: Annotated[
-        list[Positive],
-        _told("list", "of the rigid arm under LQR, over the first flexible frequency", [0.3, 1.0]),
-    ] = list(Grid.bandwidths)
-    sensors: Annotated[
-        list[list[str]], _told("list of lists of text", "sets of sensors", [["theta", "theta_dot"]])
-    ] = [list(names) for names in Grid.sensors]
-
-
-class StudyTable(Table):
-    """A whole study file."""
-
-    title: Annotated[str, _told("text", "one line for reports", "A boom with a payload")] = ""
-    arm: Annotated[
-        ArmTable, _told("table", "the arm", {"catalogue": "paper-beam", "damping_ratio": 0.005})
-    ]
-    truth: Annotated[TruthTable, _told("table", "what the design is judged on", {"modes": 20})] = (
-        TruthTable()
-    )
-    grid: Annotated[
-        list[GridTable], _told("tables", "values of each axis, all combined", [{"orders": [1, 2]}])
-    ]

@@ -9,8 +9,8 @@ from slewctl.errors import SlewctlError
 from slewctl.files.arm_table import arm_of_table
 from slewctl.files.find import refuse_design
 from slewctl.files.refusals import validate
-from slewctl.files.schema import GridTable, StudyTable
 from slewctl.files.source import read_source
+from slewctl.files.study_schema import GridTable, StudyTable
 
 
 def read_study(path: Path) -> Study:

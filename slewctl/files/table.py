@@ -12,6 +12,8 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Efficiency = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
 T = TypeVar("T")
+# More is no comparison that anybody reads.
+Several = Annotated[list[T], Field(max_length=100)]
 
 
 def told(unit: str, meaning: str, example: object) -> Any:

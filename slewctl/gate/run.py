@@ -9,7 +9,7 @@ from typing import Any
 
 from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
 from slewctl.check.baseline import Baseline
-from slewctl.compare import QUANTITIES, Judge, Judgement, Reading, worst_case
+from slewctl.compare import QUANTITIES, Judge, Judgement, Reading, unit_notes, worst_case
 from slewctl.errors import SlewctlError, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.files.uncertainty import WORST
@@ -181,6 +181,7 @@ def examine(
     notes: list[str] = []
     try:
         with design.source.computing():
+            notes += unit_notes(design.case.arm)
             for arm, judgement, limits in _judgements(design, judging, notes, working):
                 findings += [
                     Finding(verdict, arm, _line(design, arm, verdict.requirement))

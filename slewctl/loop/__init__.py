@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from slewctl.loop.motion.large_slew import Swing, simulate_swing
     from slewctl.loop.motion.slew import SlewResponse, SlewSummary, simulate_slew
     from slewctl.loop.motion.slew_inputs import Slew
+    from slewctl.loop.motion.turned_hub import simulate_turned_hub
     from slewctl.loop.robust.multiloop import (
         MultiloopDisk,
         MultiloopMargins,
@@ -79,6 +80,7 @@ __all__ = [
     "plant_graph",
     "simulate_slew",
     "simulate_swing",
+    "simulate_turned_hub",
     "small_gain",
     "spillover",
 ]

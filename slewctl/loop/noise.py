@@ -14,6 +14,7 @@ from slewctl.numerics.balance import balance
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import solve_lyapunov
 from slewctl.plant import GeneralisedPlant, arm_signals, sampled_plant
+from slewctl.plant.places import knows
 from slewctl.plant.signals import TORQUE
 from slewctl.plant.statespace import APPLIED
 
@@ -26,15 +27,15 @@ class NoiseLevels:
 
     Attributes
     ----------
-    tip : float
-        Of the tip along the arc, in m.
+    tip : float or None
+        Of the tip along the arc, in m; None for an arm whose modal data tell of no tip.
     torque : float
         Of the actuator, in N·m; infinite where white sensor noise passes straight to it.
     voltage : float or None
         Of the motor, in V; None for an arm without one.
     """
 
-    tip: float
+    tip: float | None
     torque: float
     voltage: float | None
 
@@ -57,16 +58,19 @@ def noise_levels(loop: Loop) -> NoiseLevels:
         values = _sampled(loop, watched)
     else:
         values = _continuous(loop, watched)
-    return NoiseLevels(values[_TIP], values[_TORQUE], values.get(_VOLTAGE))
+    return NoiseLevels(values.get(_TIP), values[_TORQUE], values.get(_VOLTAGE))
 
 
 def _watched(loop: Loop) -> GeneralisedPlant:
     """Return the loop's plant with tip, torque and voltage in the place of its performance."""
     plant, motor = loop.plant, loop.model.arm.motor
     actuator = loop.objective.actuator
-    arm = arm_signals(plant, ("tip", "theta_motor_dot", APPLIED))
-    (tip, rate, applied), through = arm.C, float(arm.D[2, 0])
-    outputs: dict[str, tuple[Array, float]] = {_TIP: (tip, 0.0)}
+    seen = ("tip",) if knows(loop.model.arm.beam, "tip") else ()
+    arm = arm_signals(plant, (*seen, "theta_motor_dot", APPLIED))
+    (*tip, rate, applied), through = arm.C, float(arm.D[-1, 0])
+    outputs: dict[str, tuple[Array, float]] = {}
+    if tip:
+        outputs[_TIP] = (tip[0], 0.0)
     if actuator == TORQUE or motor is None:
         outputs[_TORQUE] = (applied, through)
         if motor is not None:

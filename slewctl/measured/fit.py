@@ -15,7 +15,7 @@ import numpy as np
 
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.arm import Arm
+from slewctl.arm import Arm, require_beam
 from slewctl.errors import (
     AccuracyError,
     InputError,
@@ -32,9 +32,10 @@ from slewctl.measured.response import Response, as_response, is_frd
 from slewctl.measured.rig_fit_result import RigFit
 from slewctl.measured.undetermined import coupled_groups
 from slewctl.model.adjustable import ADJUSTABLE, Adjustable
-from slewctl.model.assembly import Boundary, check_arm
+from slewctl.model.assembly import check_arm
 from slewctl.model.locked import BOUNDARIES, frequencies
 from slewctl.model.locked import Frequencies as Converged
+from slewctl.model.ritz import Boundary
 
 if TYPE_CHECKING:
     from control import FrequencyResponseData
@@ -167,6 +168,7 @@ def _pose(
 ) -> Problem:
     """Check what the user gave and put it in order."""
     check_arm(arm, "fit")
+    require_beam(arm.beam, "fit")
     check_choice(boundary, BOUNDARIES, "fit.boundary")
     by_mode = _by_mode(measured)
     adjustable = _adjustable(free)

@@ -17,8 +17,8 @@ from slewctl.arm import Arm
 from slewctl.basis import Polynomial
 from slewctl.errors import AccuracyError
 from slewctl.model.adjustable import Adjustable
-from slewctl.model.assembly import Boundary
 from slewctl.model.converge import modes_in
+from slewctl.model.ritz import Boundary
 
 _STEP = 1e-4  # of the differences in coordinates whose typical size is one
 _LEAST_START = 0.01  # a search that starts on the bound may stay there
@@ -104,7 +104,7 @@ class Problem:
 
     def residuals(self, coordinates: Array) -> Array:
         """Return f(p)/f − 1 of the measured modes, shape (m,)."""
-        basis = Polynomial(self.functions, self.arm.beam.breakpoints)
+        basis = Polynomial(self.functions, self.arm.breakpoints)
         found = modes_in(self.arm_at(coordinates), basis, max(self.modes), self.boundary)
         hz = found.omega[np.array(self.modes) - 1] / (2 * np.pi)
         return hz / self.measured_hz - 1

@@ -16,7 +16,7 @@ from slewctl.arm import Arm
 from slewctl.arm.parts import arm_table
 from slewctl.errors import check_choice
 from slewctl.export import toml_text
-from slewctl.model.assembly import Boundary
+from slewctl.model.ritz import Boundary
 
 _STRONG = 0.95  # correlations worth a sentence
 

@@ -16,7 +16,8 @@ from slewctl._types import Array, ComplexArray
 from slewctl.arm import Arm
 from slewctl.basis import Combined, Polynomial
 from slewctl.model import Model, assemble, truth
-from slewctl.model.assembly import factors, ritz_modes
+from slewctl.model.assembly import factors
+from slewctl.model.ritz import ritz_modes
 from slewctl.numerics.balance import balance
 from slewctl.numerics.frequency_response import FrequencyResponse, axis_points
 from slewctl.numerics.linear_system import LinearSystem

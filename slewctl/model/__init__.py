@@ -7,6 +7,7 @@ from slewctl._lazy import attach
 if TYPE_CHECKING:
     from slewctl.model.assembly import Model, assemble
     from slewctl.model.converged_truth import Truth, arm_modes, truth
+    from slewctl.model.data_of_beam import modal_data
     from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies, hub_locked_frequencies_hz
     from slewctl.model.nonlinear import LargeDeflectionError, NonlinearModel, large_slew
     from slewctl.model.rigid import beam_inertia, beam_mass, total_inertia
@@ -28,6 +29,7 @@ __all__ = [
     "frequencies",
     "hub_locked_frequencies_hz",
     "large_slew",
+    "modal_data",
     "spin_frequencies_hz",
     "total_inertia",
     "truth",

@@ -1,7 +1,7 @@
 """From an arm and a basis to M, D, K and b of M ẍ + D ẋ + K x = b τ, x = [θ, q] (eq. 41–42).
 
 Nothing is assembled from squared sums: mass and stiffness are kept as factors F and S with
-M = FᵀF and K_e = SᵀS (one row a quadrature point, hub or payload term), so that both are
+M = FᵀF and K_e = SᵀS (one row a quadrature point, hub or body term), so that both are
 symmetric and semidefinite by construction and the frequencies come from a singular value
 decomposition.  The low ones keep a relative accuracy of about ε·ω_k/ω_1, however stiff the
 highest function of the basis is.
@@ -10,23 +10,22 @@ highest function of the basis is.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr, solve_triangular
 
 from slewctl._show import Described
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.arm import Arm, KelvinVoigt
-from slewctl.basis import Basis
+from slewctl.arm import Arm, Drag, ModalData
+from slewctl.basis import Basis, modal_rows
 from slewctl.basis.named import described
 from slewctl.basis.with_joint import WithJoint, jointed
 from slewctl.errors import InputError, shown
-from slewctl.model.quadrature import SAMPLED_DEGREE, UNIT_ROUNDOFF, Rule, composite, settled
-
-Boundary = Literal["hub-locked", "rotor-locked", "free"]
+from slewctl.model.damping import damping_matrix
+from slewctl.model.modal_factors import modal_factors
+from slewctl.model.quadrature import SAMPLED_DEGREE, Rule, composite, settled
+from slewctl.model.ritz import Factors, RitzModes, ritz_modes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,7 +64,8 @@ class Model(Described):
     def __str__(self) -> str:
         hertz = ", ".join(f"{f:.4g}" for f in self.frequencies_hz[:4])
         more = " …" if self.n > 4 else ""
-        return f"{self.arm.name} on {self.n} {self.basis.name} functions: {hertz}{more} Hz"
+        of = f"; {self.arm.damping_told}" if self.arm.damping_modes == "hub-locked" else ""
+        return f"{self.arm.name} on {self.n} {self.basis.name} functions: {hertz}{more} Hz{of}"
 
     def __post_init__(self) -> None:
         for name in ("mass", "damping", "stiffness", "input", "omega", "mode_shapes"):
@@ -112,22 +112,9 @@ class Model(Described):
         shapes[:] += np.multiply.outer(self.arm.hub.radius + x, self.basis.twist)
         return np.column_stack([self.arm.hub.radius + x, shapes])
 
-
-@dataclass(frozen=True, eq=False)
-class Factors:
-    """Square-root factors of an arm's mass and stiffness in one basis.
-
-    Attributes
-    ----------
-    mass : ndarray, shape (p, n+1)
-        F with M = FᵀF.
-    stiffness : ndarray, shape (m, n)
-        S with K_e = SᵀS.
-    """
-
-    mass: Array
-    stiffness: Array
-    quadrature_error: float = field(default=UNIT_ROUNDOFF)
+    def of_modes(self, values: Array) -> Array:
+        """Return what values of each mode of an arm's data are in q, shape (n,)."""
+        return modal_rows(self.basis, values)
 
 
 @single_threaded
@@ -147,8 +134,9 @@ def assemble(arm: Arm, basis: Basis | str, n: int | None = None) -> Model:
     -------
     Model
         With J, Φ̃, M_e and K_e of eq. 33 and 35 extended by the hub's inertia (with the
-        motor's rotor) and radius and the payload's mass and inertia; modal damping
-        ``arm.damping_ratio`` on the flexible modes, the law ``arm.damping``, and
+        motor's rotor) and radius, the payload and the masses along the beam; modal damping
+        ``arm.damping_ratio`` on the flexible modes, hub free or locked (those that the basis
+        has, the last ratio on all beyond those given), the law ``arm.damping``, and
         ``arm.hub.friction`` on θ.  An elastic joint is a flexible coordinate more, the first;
         its damping and the rotor's friction join.  The integrals are exact to rounding
         for polynomial and tabulated profiles; for a callable they are refined until they
@@ -197,9 +185,11 @@ def check_model(model: object, where: str) -> None:
 
 def factors(arm: Arm, basis: Basis) -> Factors:
     """Return the square-root factors of `arm` in `basis` (see `Factors`)."""
+    if isinstance(arm.beam, ModalData):
+        return Factors(*modal_factors(arm, basis), np.zeros((0, basis.n + 1)))
     profiles = (arm.beam.mass_profile, arm.beam.stiffness_profile)
     degrees = [profile.degree for profile in profiles]
-    breakpoints = (*arm.beam.breakpoints, *basis.breakpoints)
+    breakpoints = (*arm.breakpoints, *basis.breakpoints)
     exponent = 2 * basis.growth.exponent
     shape_degree = 2 * max(basis.growth.degree, 1)
     known = [d for d in degrees if d is not None]
@@ -208,12 +198,13 @@ def factors(arm: Arm, basis: Basis) -> Factors:
         return _factors_on(arm, basis, rule)
     degree = shape_degree + SAMPLED_DEGREE
 
-    def build(points: tuple[float, ...]) -> tuple[Array, Array]:
+    def build(points: tuple[float, ...]) -> tuple[Array, ...]:
         found = _factors_on(arm, basis, composite(points, exponent, degree))
-        return found.mass, found.stiffness
+        drag = (found.drag,) if len(found.drag) else ()
+        return found.mass, found.stiffness, *drag
 
-    (mass, stiffness), change = settled(build, breakpoints, "beam")
-    return Factors(mass, stiffness, change)
+    (mass, stiffness, *drag), change = settled(build, breakpoints, "beam")
+    return Factors(mass, stiffness, drag[0] if drag else np.zeros((0, basis.n + 1)), change)
 
 
 def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
@@ -221,15 +212,15 @@ def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
     weights = L * rule.weights
     mass_root = np.sqrt(weights * arm.beam.mass_profile(rule.xi))
     stiffness_root = np.sqrt(weights * arm.beam.stiffness_profile(rule.xi)) / L**2
-    tip = np.ones(1)
+    bodies = arm.bodies
     beam_rows = np.column_stack([r + L * rule.xi, basis.evaluate(rule.xi)])
-    tip_rows = np.column_stack([[r + L], basis.evaluate(tip)])
-    turn_rows = np.column_stack([[1.0], basis.evaluate(tip, 1) / L])
+    body_rows = np.column_stack([r + L * bodies.xi, basis.evaluate(bodies.xi)])
+    turn_rows = np.column_stack([np.ones(len(bodies.xi)), basis.evaluate(bodies.xi, 1) / L])
     hub_row = np.zeros((1, basis.n + 1))
     hub_row[0, 0] = math.sqrt(arm.hub_inertia)
     if arm.joint is not None:
         # The hub and all that it carries turn by θ = θ_m + twist, the rotor by θ_m.
-        for rows in (beam_rows, tip_rows, turn_rows):
+        for rows in (beam_rows, body_rows, turn_rows):
             rows[:, 1:] += np.multiply.outer(rows[:, 0], basis.twist)
         hub = math.sqrt(arm.hub.inertia) * np.concatenate([[1.0], basis.twist])
         hub_row[0, 0] = math.sqrt(arm.rotor_inertia)
@@ -237,15 +228,18 @@ def _factors_on(arm: Arm, basis: Basis, rule: Rule) -> Factors:
     mass = np.vstack(
         [
             mass_root[:, None] * beam_rows,
-            math.sqrt(arm.payload.mass) * tip_rows,
-            math.sqrt(arm.payload.inertia) * turn_rows,
+            np.sqrt(bodies.mass)[:, None] * body_rows,
+            np.sqrt(bodies.inertia)[:, None] * turn_rows,
             hub_row,
         ]
     )
     stiffness = stiffness_root[:, None] * basis.evaluate(rule.xi, 2)
     if arm.joint is not None:
         stiffness = np.vstack([math.sqrt(arm.joint.stiffness) * basis.twist, stiffness])
-    return Factors(mass, stiffness)
+    drag = np.zeros((0, basis.n + 1))
+    if isinstance(arm.damping, Drag):
+        drag = np.sqrt(weights * arm.damping.per_length)[:, None] * beam_rows
+    return Factors(mass, stiffness, drag)
 
 
 def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
@@ -256,7 +250,8 @@ def model_from_factors(arm: Arm, basis: Basis, parts: Factors) -> Model:
     mass = parts.mass.T @ parts.mass
     stiffness = np.zeros((n + 1, n + 1))
     stiffness[1:, 1:] = parts.stiffness.T @ parts.stiffness
-    damping = _damping(arm, basis.twist, mass, stiffness, omega, modes)
+    free = RitzModes(omega, modes[:, 1:])
+    damping = damping_matrix(arm, basis.twist, parts, mass, stiffness, free)
     force = np.zeros(n + 1)
     force[0] = 1.0
     return Model(arm, basis, mass, damping, stiffness, force, omega, modes, parts.quadrature_error)
@@ -267,34 +262,7 @@ def tip_signs(basis: Basis, shapes: Array) -> Array:
 
     The sign of a mode is free; a positive deflection of the tip makes models comparable.
     """
-    return np.where(basis.combined(np.ones(1), 0, shapes) < 0, -1.0, 1.0)
-
-
-def _damping(
-    arm: Arm, twist: Array, mass: Array, stiffness: Array, omega: Array, modes: Array
-) -> Array:
-    """Return D: modal damping, the arm's damping law, friction at hub and rotor, the joint's.
-
-    Modal damping is M U diag(2ζω) UᵀM; its θ row vanishes, since turning the arm as a rigid
-    body bends nothing, and is set to exactly zero.
-    """
-    momenta = (mass @ modes[:, 1:])[1:] * np.sqrt(2 * arm.damping_ratios(len(omega)) * omega)
-    damping = np.zeros_like(mass)
-    damping[1:, 1:] = momenta @ momenta.T
-    if arm.damping is not None:
-        alpha, beta = arm.damping.coefficients
-        damping += alpha * mass + beta * stiffness
-    if arm.joint is None:
-        damping[0, 0] += arm.hub.friction
-        return damping
-    hub = np.concatenate([[1.0], twist])
-    damping += arm.hub.friction * np.outer(hub, hub)
-    damping[0, 0] += arm.joint.rotor_friction
-    own = arm.joint.damping
-    if isinstance(arm.damping, KelvinVoigt):  # of the beam's material alone
-        own -= arm.damping.retardation_time * arm.joint.stiffness
-    damping[1:, 1:] += own * np.outer(twist, twist)
-    return damping
+    return np.where(basis.tip_values(shapes) < 0, -1.0, 1.0)
 
 
 def _modes(parts: Factors) -> tuple[Array, Array]:
@@ -308,49 +276,3 @@ def _modes(parts: Factors) -> tuple[Array, Array]:
     modes[0, 1:] = -(rotation @ bending @ found.shapes) / inertia
     modes[1:, 1:] = found.shapes
     return found.omega, modes
-
-
-@dataclass(frozen=True, eq=False)
-class RitzModes:
-    """Natural frequencies in rad/s, increasing, and the modes in flexible coordinates.
-
-    Attributes
-    ----------
-    omega : ndarray, shape (k,)
-    shapes : ndarray, shape (n, k)
-        Of unit modal mass.
-    """
-
-    omega: Array
-    shapes: Array
-
-
-def ritz_modes(parts: Factors, boundary: Boundary) -> RitzModes:
-    """Return all n modes that the factors have, the hub held or free to turn.
-
-    With F = QR the first row of R is [√J, Φ̃/√J] and the rest, R₂, the factor of the mass
-    that remains when the rigid rotation is taken out; with the hub held it is the factor of
-    M_e itself.  With S = Q'T the singular values of R₂T⁻¹ are 1/ω.
-    """
-    free = boundary == "free"
-    mass = parts.mass if free else parts.mass[:, 1:]
-    R = qr(mass, mode="r")[0][: mass.shape[1]]
-    T = qr(parts.stiffness, mode="r")[0][: parts.stiffness.shape[1]]
-    n = T.shape[0]
-    tiny = n * np.finfo(float).eps
-    for factor, matrix in ((R, "mass"), (T, "stiffness")):
-        diagonal = np.abs(np.diag(factor))
-        if not np.all(diagonal > tiny * np.linalg.norm(factor, axis=0)):
-            raise InputError(
-                f"the {matrix} matrix is not positive definite to working precision",
-                where=f"basis of {n} functions",
-                remedy="use fewer functions, or give the arm inertia",
-            )
-    inverse = solve_triangular(T, np.eye(n))
-    _, periods, V = np.linalg.svd((R[1:, 1:] if free else R) @ inverse)
-    return RitzModes(1 / periods, inverse @ V.T / periods)
-
-
-def rounding(omega: Array) -> Array:
-    """Return the relative error that rounding leaves in increasing frequencies."""
-    return np.asarray(np.finfo(float).eps * (10 + omega / omega[0]))

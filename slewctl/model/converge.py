@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm import Arm
-from slewctl.basis import Basis, Polynomial
+from slewctl.arm import Arm, ModalData
+from slewctl.basis import Basis, Modal, Polynomial
 from slewctl.basis.with_joint import jointed
 from slewctl.errors import InputError, check_count, shown
-from slewctl.model.assembly import Boundary, RitzModes, factors, ritz_modes, rounding
+from slewctl.model.assembly import factors
+from slewctl.model.ritz import Boundary, RitzModes, ritz_modes, rounding
 from slewctl.model.subspace import lowest_modes, trials
 
 MOST_MODES = 500
@@ -25,7 +26,7 @@ _ROUGHLY = 1e-6
 _MOST_FUNCTIONS = 400
 _MOST_TERMS = 6  # of each panel
 # Up to here all modes of the matrices cost less than the few that are asked for.
-_SMALL = 400
+SMALL = 400
 
 
 def check_modes(modes: object, where: str) -> int:
@@ -47,7 +48,7 @@ class Converged:
     Attributes
     ----------
     basis : Basis
-        Polynomials, and the twist of a joint that moves.
+        Polynomials, or `Modal` for an arm from modal data, and the twist of a joint that moves.
     omega : ndarray, shape (modes,)
         Natural frequencies in rad/s, increasing.
     shapes : ndarray, shape (basis.n, modes)
@@ -72,7 +73,9 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
     modes : int
     boundary : {"hub-locked", "rotor-locked", "free"}
     """
-    edges = arm.beam.breakpoints
+    if isinstance(arm.beam, ModalData):
+        return _given(arm, arm.beam.modes, modes, boundary)
+    edges = arm.breakpoints
     panels = len(edges) + 1
     few = -(-12 // panels)
     terms = 3 + 2 * modes // panels + few
@@ -88,6 +91,15 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
             turning = jointed(held(arm, boundary), basis)
             return Converged(turning, omega, fine.shapes[:, :modes], change + rounding(omega))
         coarse = fine
+
+
+def _given(arm: Arm, known: int, modes: int, boundary: Boundary) -> Converged:
+    """Return the modes of an arm from modal data: what is given needs no convergence."""
+    moving = held(arm, boundary)
+    basis = jointed(moving, Modal(known))
+    found = ritz_modes(factors(moving, basis), boundary)
+    omega = found.omega[:modes]
+    return Converged(basis, omega, found.shapes[:, :modes], rounding(omega))
 
 
 def held(arm: Arm, boundary: Boundary) -> Arm:
@@ -123,7 +135,7 @@ def modes_in(
         Relative error of the shapes; that of the frequencies is its square.
     """
     arm = held(arm, boundary)
-    if basis.n <= max(_SMALL, 3 * trials(modes)):
+    if basis.n <= max(SMALL, 3 * trials(modes)):
         return ritz_modes(factors(arm, jointed(arm, basis)), boundary)
     start = coarse.shapes[:, : trials(modes)] if coarse else None
     return lowest_modes(arm, basis, modes, boundary, start, tolerance)

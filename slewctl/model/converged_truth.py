@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.arm import Arm
+from slewctl.arm import Arm, ModalData
 from slewctl.basis import Basis, Combined
-from slewctl.model.assembly import Model, assemble, check_arm, tip_signs
-from slewctl.model.converge import check_modes, converged
+from slewctl.model.assembly import Model, assemble, check_arm, factors, tip_signs
+from slewctl.model.converge import SMALL, check_modes, converged
+from slewctl.model.damping import locked_damping
 
 # Twice and more what a design model has; a verdict is repeated on twice as many.
 DEFAULT_MODES = 20
@@ -36,6 +37,16 @@ class Truth(Model):
     functions: int
 
     @property
+    def given(self) -> bool:
+        """Whether the arm is from modal data: then they are the truth, and nothing converges."""
+        return isinstance(self.arm.beam, ModalData)
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has all modes that the arm's data give, so that no finer one is to be had."""
+        return self.given and self.modes == self.functions
+
+    @property
     def modes(self) -> int:
         """Number of flexible modes kept."""
         return self.n
@@ -46,10 +57,17 @@ class Truth(Model):
         return float(self.frequency_errors.max())
 
     def __str__(self) -> str:
+        if self.given:
+            of = "" if self.modes == self.functions else f"first of {self.functions}, "
+            return (
+                f"truth of {self.arm.name}: its {self.modes} modes as given, {of}to "
+                f"{self.frequencies_hz[-1]:.4g} Hz"
+            )
         return (
             f"truth of {self.arm.name}: {self.modes} modes to {self.frequencies_hz[-1]:.4g} Hz, "
             f"frequencies converged to {self.tolerance:.0e} relative "
             f"({self.functions} polynomial functions)"
+            + (f"; {self.arm.damping_told}" if self.arm.damping_modes == "hub-locked" else "")
         )
 
 
@@ -64,7 +82,7 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     ----------
     arm : Arm
     modes : int
-        How many flexible modes to keep.
+        How many flexible modes to keep; of an arm from modal data at most those given.
 
     Returns
     -------
@@ -84,7 +102,9 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     [1.061, 4.161, 10.724]
     """
     check_arm(arm, "truth")
-    return _truth(arm, check_modes(modes, "truth.modes"))
+    count = check_modes(modes, "truth.modes")
+    given = arm.beam.modes if isinstance(arm.beam, ModalData) else count
+    return _truth(arm, min(count, given))
 
 
 def arm_modes(arm: Arm, n: int) -> Basis:
@@ -122,8 +142,27 @@ def _truth(arm: Arm, modes: int) -> Truth:
     found = converged(arm, modes, "free")
     shapes = found.shapes * tip_signs(found.basis, found.shapes)
     model = assemble(arm, Combined(modes, found.basis, shapes))
+    if arm.damping_modes == "hub-locked" and found.basis.n <= SMALL:
+        model = _damped_by_all(model, found.basis, shapes)
     return Truth(
         **{name: getattr(model, name) for name in Model.__dataclass_fields__},
         frequency_errors=found.errors + model.quadrature_error,
         functions=found.basis.n,
     )
+
+
+def _damped_by_all(model: Model, basis: Basis, shapes: Array) -> Model:
+    """Return a truth with the damping of all hub-locked modes that its polynomials have.
+
+    Those of the few free modes that are kept would do only as well as these free modes bend at
+    the clamp: without hub inertia not at all, so that the damping would converge like 1/n.
+    """
+    own = _locked(model.arm, model.basis)
+    damping = model.damping.copy()
+    damping[1:, 1:] += shapes.T @ _locked(model.arm, basis) @ shapes
+    damping[1:, 1:] -= own
+    return replace(model, damping=damping)
+
+
+def _locked(arm: Arm, basis: Basis) -> Array:
+    return locked_damping(arm, factors(arm, basis), basis.twist)

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm import Arm
+from slewctl.arm import Arm, ModalData
 from slewctl.basis import Basis
 from slewctl.basis.with_joint import jointed
-from slewctl.errors import check_choice
-from slewctl.model.assembly import Boundary, check_arm, factors, ritz_modes
+from slewctl.errors import InputError, check_choice
+from slewctl.model.assembly import check_arm, factors
 from slewctl.model.converge import check_modes, converged, held
+from slewctl.model.ritz import Boundary, ritz_modes
 
 BOUNDARIES: tuple[Boundary, ...] = ("hub-locked", "rotor-locked", "free")
 
@@ -84,6 +85,12 @@ def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Freq
     check_arm(arm, "frequencies")
     check_choice(boundary, BOUNDARIES, "frequencies.boundary")
     modes = check_modes(modes, "frequencies.modes")
+    if isinstance(arm.beam, ModalData) and modes > arm.beam.modes:
+        raise InputError(
+            f"{modes} modes of an arm whose data give {arm.beam.modes}",
+            where="frequencies.modes",
+            remedy=f"ask for at most {arm.beam.modes}",
+        )
     found = converged(arm, modes, boundary)
     return Frequencies(boundary, found.omega / (2 * np.pi), found.errors, found.basis.n)
 

@@ -7,7 +7,6 @@ has a component along the deflection, which softens it (M_s).
 
 from __future__ import annotations
 
-import math
 import warnings
 from dataclasses import replace
 from typing import Literal
@@ -42,18 +41,22 @@ def warn_of_softening(spin: float, critical: float) -> None:
 
 
 def carried_mass_factor(arm: Arm, basis: Basis) -> Array:
-    """Return the factor F of M_s = FᵀF = ∫ m̄ΦᵀΦ dx + m_t Φ(L)ᵀΦ(L), shape (p, n).
+    """Return the factor F of M_s = FᵀF = ∫ m̄ΦᵀΦ dx + Σ m_i Φ(x_i)ᵀΦ(x_i), shape (p, n).
 
-    It is M_e without the payload's rotary inertia, on which the centrifugal pull has no hold.
+    It is M_e without the rotary inertia of the payload and of the masses along the beam, on
+    which the centrifugal pull has no hold.
     """
-    light = replace(arm, payload=replace(arm.payload, inertia=0.0), joint=None)
+    points = tuple(replace(mass, inertia=0.0) for mass in arm.masses)
+    payload = replace(arm.payload, inertia=0.0)
+    light = replace(arm, payload=payload, masses=points, joint=None)
     return factors(light, basis).mass[:, 1:]
 
 
 def stiffening_factor(arm: Arm, basis: Basis) -> Array:
     """Return the factor G of the geometric stiffness K_g = GᵀG = ∫ P Φ'ᵀΦ' dx, shape (p, n).
 
-    P(x) = ∫_x^L m̄(s)(r+s) ds + m_t(r+L) in kg·m is the tension for a spin of 1 rad/s.
+    P(x) = ∫_x^L m̄(s)(r+s) ds + Σ m_i(r+x_i), over the bodies beyond x, in kg·m is the tension
+    for a spin of 1 rad/s.
     Both integrals are exact to rounding for polynomial and tabulated profiles; for a
     callable one they are refined until they settle.
 
@@ -62,7 +65,7 @@ def stiffening_factor(arm: Arm, basis: Basis) -> Array:
     AccuracyError
         If the integrals of a callable profile do not settle.
     """
-    breakpoints = (*arm.beam.breakpoints, *basis.breakpoints)
+    breakpoints = (*arm.breakpoints, *basis.breakpoints)
     degree = arm.beam.mass_profile.degree
     if degree is not None:
         return _stiffening_on(arm, basis, breakpoints, degree)
@@ -106,13 +109,15 @@ def unit_tension(arm: Arm, rule: Rule, breakpoints: tuple[float, ...], degree: i
     pull = L * width * ((arm.beam.mass_profile(s) * (r + L * s)) @ inner.weights)
     here, panels = pull[: len(rule.xi)], pull[len(rule.xi) :]
     beyond = np.concatenate([np.cumsum(panels[::-1])[::-1][1:], [0.0]])
-    return here + beyond[panel] + arm.payload.mass * (r + L)
+    bodies = arm.bodies
+    pulled = (bodies.xi > rule.xi[:, None]) @ (bodies.mass * (r + L * bodies.xi))
+    return np.asarray(here + beyond[panel] + pulled)
 
 
 def critical_spin_rad_s(model: Model) -> float:
     """Return the spin at which K_e − Ω²M_s, the stiffness without stiffening, is singular.
 
-    For a payload without rotary inertia it is the lowest hub-locked frequency, in rad/s.
+    Where no body on the beam has rotary inertia it is the lowest hub-locked frequency, in rad/s.
 
     Parameters
     ----------
@@ -200,7 +205,7 @@ def _spin_squared(model: Model, spin: float, plane: Plane, stiffening: bool) -> 
     """Return ω² in rad²/s², increasing.
 
     With K_e + κΩ²K_g = TᵀT and M_e = RᵀR the singular values of R T⁻¹ are 1/ω out of plane.
-    In the modes W of that motion, WᵀM_eW = I and M_s = M_e − J_t Φ'(L)ᵀΦ'(L).
+    In the modes W of that motion, WᵀM_eW = I and M_s = M_e − Σ J_i Φ'(x_i)ᵀΦ'(x_i).
     """
     arm, basis, n = model.arm, model.basis, model.n
     parts = factors(arm, basis)
@@ -217,11 +222,12 @@ def _spin_squared(model: Model, spin: float, plane: Plane, stiffening: bool) -> 
         pulled = solve_triangular(T, carried_mass_factor(arm, basis).T, trans="T").T @ V.T / periods
         in_plane = np.diag(flap) - spin**2 * pulled.T @ pulled
         return np.asarray(np.linalg.eigvalsh(in_plane), dtype=float)
-    if arm.payload.inertia == 0:
+    bodies = arm.bodies
+    if not bodies.rotary:
         return flap - spin**2
-    turn = basis.evaluate(np.ones(1), 1)[0] / arm.beam.length
-    turn = math.sqrt(arm.payload.inertia) * solve_triangular(T, turn, trans="T") @ V.T / periods
-    in_plane = np.diag(flap - spin**2) + spin**2 * np.outer(turn, turn)
+    slopes = np.sqrt(bodies.inertia)[:, None] * basis.evaluate(bodies.xi, 1) / arm.beam.length
+    turn = (solve_triangular(T, slopes.T, trans="T").T @ V.T) / periods
+    in_plane = np.diag(flap - spin**2) + spin**2 * turn.T @ turn
     return np.asarray(np.linalg.eigvalsh(in_plane), dtype=float)
 
 

@@ -21,8 +21,8 @@ from scipy.linalg import qr
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import Polynomial
-from slewctl.model.assembly import Boundary, RitzModes, rounding
 from slewctl.model.quadrature import SAMPLED_DEGREE, Rule, composite
+from slewctl.model.ritz import Boundary, RitzModes, rounding
 
 # Of an iteration that gains a digit or more in each.
 _MOST_STEPS = 20
@@ -93,32 +93,32 @@ class PanelOperator:
 
     @cached_property
     def points(self) -> Array:
-        """The Gauss points and the tip."""
-        return np.append(self.rule.xi, 1.0)
+        """The Gauss points and those of the bodies."""
+        return np.append(self.rule.xi, self.arm.bodies.xi)
 
     @cached_property
     def mass_root(self) -> Array:
-        """√(m̄ dx) at the points and √m_t at the tip, shape (points, 1)."""
+        """√(m̄ dx) at the points and √m_i of the bodies, shape (points, 1)."""
         arm = self.arm
         masses = self.rule.weights * arm.beam.length * arm.beam.mass_profile(self.rule.xi)
-        return np.sqrt(np.append(masses, arm.payload.mass))[:, None]
+        return np.sqrt(np.append(masses, arm.bodies.mass))[:, None]
 
     @cached_property
-    def turn_root(self) -> float:
-        """√J_t/L."""
-        return math.sqrt(self.arm.payload.inertia) / self.arm.beam.length
+    def turn_root(self) -> Array:
+        """√J_i/L of the bodies, shape (bodies, 1)."""
+        return (np.sqrt(self.arm.bodies.inertia) / self.arm.beam.length)[:, None]
 
     @cached_property
     def turning(self) -> Array:
-        """Momenta of all that turns with the hub, by 1 rad/s, shape (points + 3,)."""
+        """Momenta of all that turns with the hub, by 1 rad/s, shape (points + bodies + 2,)."""
         arm = self.arm
         lever = self.mass_root[:, 0] * (arm.hub.radius + arm.beam.length * self.points)
         hub = arm.hub.inertia if arm.joint is not None else arm.hub_inertia
-        return np.concatenate([lever, [math.sqrt(arm.payload.inertia), math.sqrt(hub), 0.0]])
+        return np.concatenate([lever, np.sqrt([*arm.bodies.inertia, hub]), [0.0]])
 
     @cached_property
     def rigid(self) -> Array:
-        """The unit column of the rigid rotation, shape (points + 3,)."""
+        """The unit column of the rigid rotation, shape (points + bodies + 2,)."""
         column = self.turning.copy()
         column[-1] = 0.0 if self.arm.joint is None else math.sqrt(self.arm.rotor_inertia)
         return np.asarray(column / np.linalg.norm(column))
@@ -159,11 +159,11 @@ class PanelOperator:
         )
 
     def applied(self, vectors: Array) -> Array:
-        """Return R₂T⁻¹ x up to an orthogonal factor, shape (points + 3, k)."""
-        C, tip = self.coefficients(vectors), np.ones(1)
+        """Return R₂T⁻¹ x up to an orthogonal factor, shape (points + bodies + 2, k)."""
+        C, at = self.coefficients(vectors), self.arm.bodies.xi
         bent = C[1:] if self.joint_root else C
         moved = self.mass_root * self.basis.combined(self.points, 0, bent)
-        turned = self.turn_root * self.basis.combined(tip, 1, bent)
+        turned = self.turn_root * self.basis.combined(at, 1, bent)
         rows = np.vstack([moved, turned, np.zeros((2, C.shape[1]))])
         if self.joint_root:
             rows += np.multiply.outer(self.turning, C[0])
@@ -171,9 +171,9 @@ class PanelOperator:
 
     def adjoint(self, rows: Array) -> Array:
         """Return the transpose of `applied` times `rows`, shape (n, k)."""
-        rows, tip = self.without_rotation(rows), np.ones(1)
-        moved = self.basis.projected(self.points, 0, self.mass_root * rows[:-3])
-        total = moved + self.turn_root * self.basis.projected(tip, 1, rows[-3:-2])
+        rows, at, count = self.without_rotation(rows), self.arm.bodies.xi, len(self.points)
+        moved = self.basis.projected(self.points, 0, self.mass_root * rows[:count])
+        total = moved + self.basis.projected(at, 1, self.turn_root * rows[count:-2])
         stacked = total.reshape(self.terms, self.panels, -1).transpose(1, 0, 2)
         solved = np.linalg.solve(self.strain[1].transpose(0, 2, 1), stacked)
         bent = np.asarray(solved.reshape(self.basis.n, -1))

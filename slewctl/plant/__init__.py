@@ -7,6 +7,7 @@ from slewctl._lazy import attach
 if TYPE_CHECKING:
     from slewctl.plant.arm_problem import arm_signals, generalised_plant
     from slewctl.plant.dead_time import loop_dead_time
+    from slewctl.plant.encoder import encoder_noise
     from slewctl.plant.nonlinear import nonlinear_system
     from slewctl.plant.objective import Objective, signals_alone
     from slewctl.plant.problem import GeneralisedPlant, check_plant, ill_posed
@@ -37,6 +38,7 @@ __all__ = [
     "balanced_truncation",
     "check_plant",
     "continuous_equivalent",
+    "encoder_noise",
     "generalised_plant",
     "ill_posed",
     "loop_dead_time",

@@ -3,7 +3,8 @@
 Every output is a row of [θ, q] taken of the displacements, the rates or the accelerations.
 Beside the fixed names there are sensors at a station on the beam, such as ``moment@50mm``:
 the station is a whole number of millimetres or micrometres (``um``) from the clamp, since
-python-control allows no decimal point in the name of a signal.
+python-control allows no decimal point in the name of a signal.  At an arm from modal data
+there are places with names instead, such as ``deflection@tip``.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from typing import Literal
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm import Beam
+from slewctl.arm import Beam, ModalData
 from slewctl.errors import InputError, check_choice, shown
 from slewctl.model import Model
+from slewctl.plant.places import FIXED, Seen, check_fixed, place_row, seen_at
 
 TORQUE = "torque"
 VOLTAGE = "voltage"
@@ -80,7 +82,7 @@ def _moment(model: Model, x: float) -> Array:
     beam = model.arm.beam
     xi = x / beam.length
     # The profile and the shapes could round to different sides of the same step.
-    steps = np.array([*beam.breakpoints, *model.basis.breakpoints])
+    steps = np.array([*model.arm.breakpoints, *model.basis.breakpoints])
     for step in steps[np.abs(steps - xi) <= _ON_A_STEP]:
         xi = step + _ON_A_STEP
     at = np.array([xi])
@@ -113,16 +115,28 @@ def _root_moment(model: Model) -> Array:
     return _moment(model, 0.0)
 
 
+def _fixed(name: str, of_a_beam: Callable[[Model], Array]) -> Callable[[Model], Array]:
+    """Return the row of a signal that modal data tell of at a place of theirs."""
+
+    def row(model: Model) -> Array:
+        beam = model.arm.beam
+        if isinstance(beam, ModalData):
+            return place_row(model, beam, *FIXED[name])
+        return of_a_beam(model)
+
+    return row
+
+
 SIGNALS: dict[str, Signal] = {
     "theta": Signal("rad", _theta),
     "theta_dot": Signal("rad/s", _theta, "rate"),
     "theta_motor": Signal("rad", _theta_motor),
     "theta_motor_dot": Signal("rad/s", _theta_motor, "rate"),
-    "tip": Signal("m", _tip),
-    "tip_dot": Signal("m/s", _tip, "rate"),
-    "tip_acceleration": Signal("m/s²", _tip, "acceleration"),
-    "tip_deflection": Signal("m", _tip_deflection),
-    "root_moment": Signal("N·m", _root_moment),
+    "tip": Signal("m", _fixed("tip", _tip)),
+    "tip_dot": Signal("m/s", _fixed("tip_dot", _tip), "rate"),
+    "tip_acceleration": Signal("m/s²", _fixed("tip_acceleration", _tip), "acceleration"),
+    "tip_deflection": Signal("m", _fixed("tip_deflection", _tip_deflection)),
+    "root_moment": Signal("N·m", _fixed("root_moment", _root_moment)),
 }
 
 
@@ -132,14 +146,27 @@ class _Sensor:
 
     unit: str
     row: Callable[[Model, float], Array]  # of the model and the station in m
+    seen: Seen
     of: Literal["displacement", "acceleration"] = "displacement"
+
+    def at_place(self, name: str) -> Signal:
+        """Return the signal of this sensor at a place of modal data."""
+
+        def row(model: Model) -> Array:
+            beam = model.arm.beam
+            if not isinstance(beam, ModalData):
+                raise _no_station(f"{self.seen}@{name}", "outputs")
+            return place_row(model, beam, name, self.seen)
+
+        return Signal(self.unit, row, self.of)
 
 
 STATION_SENSORS: dict[str, _Sensor] = {
-    "moment": _Sensor("N·m", _moment),
-    "deflection": _Sensor("m", _deflection),
-    "acceleration": _Sensor("m/s²", _displacement, "acceleration"),
+    "moment": _Sensor("N·m", _moment, "moment"),
+    "deflection": _Sensor("m", _deflection, "deflection"),
+    "acceleration": _Sensor("m/s²", _displacement, "displacement", "acceleration"),
 }
+_PLACE_NAME = re.compile(r"(\w+)@([A-Za-z]\w*)", re.ASCII)
 _STATION_NAME = re.compile(r"(\w+)@(0|[1-9][0-9]{0,8})(mm|um)", re.ASCII)
 _UNITS_PER_METRE = {"mm": 1000, "um": 1_000_000}
 
@@ -152,7 +179,7 @@ def signal(name: str, where: str = "outputs", beam: Beam | None = None) -> Signa
     name : str
         A key of `SIGNALS`, or ``moment@…`` (N·m), ``deflection@…`` (m) or
         ``acceleration@…`` (m/s², along the arc) with a station such as ``50mm`` or
-        ``12700um``, measured from the clamp.
+        ``12700um``, measured from the clamp; or with the name of a place of modal data.
     where : str
         For the error: what named it.
     beam : Beam, optional
@@ -175,11 +202,22 @@ def signal(name: str, where: str = "outputs", beam: Beam | None = None) -> Signa
     """
     parts = _STATION_NAME.fullmatch(name) if isinstance(name, str) else None
     if parts is None:
+        place = _of_place(name, where, beam)
+        if place is not None:
+            return place
         _refuse_station(name, where)
-        return SIGNALS[check_choice(name, SIGNALS, where)]
+        check_choice(name, SIGNALS, where)
+        check_fixed(beam, name, where)
+        return SIGNALS[name]
     kind, count, unit = parts.groups()
     sensor = STATION_SENSORS[check_choice(kind, STATION_SENSORS, where)]
     x = int(count) / _UNITS_PER_METRE[unit]
+    if isinstance(beam, ModalData):
+        raise InputError(
+            f"{name} is at a station, and the arm is known by its modes alone",
+            where=where,
+            remedy="name a place of its data, as in 'deflection@tip'",
+        )
     if beam is not None and x > beam.length:
         if x > beam.length * (1 + _ON_A_STEP):
             raise InputError(
@@ -191,15 +229,32 @@ def signal(name: str, where: str = "outputs", beam: Beam | None = None) -> Signa
     return Signal(sensor.unit, lambda model: sensor.row(model, x), sensor.of, x)
 
 
+def _of_place(name: object, where: str, beam: Beam | None) -> Signal | None:
+    """Return the signal at a place of modal data, None where the name is of something else."""
+    parts = _PLACE_NAME.fullmatch(name) if isinstance(name, str) else None
+    if parts is None or (beam is not None and not isinstance(beam, ModalData)):
+        return None
+    kind, place = parts.groups()
+    sensor = STATION_SENSORS[check_choice(kind, STATION_SENSORS, where)]
+    if beam is not None:
+        seen_at(beam, place, sensor.seen, where)
+    return sensor.at_place(place)
+
+
 def _refuse_station(name: object, where: str) -> None:
     """Refuse what is meant as a sensor at a station but is not spelt as one."""
     kind = str(name).partition("@")[0]
     if "@" in str(name) or kind in STATION_SENSORS:
-        raise InputError(
-            f"{shown(name)} names no station in whole millimetres (mm) or micrometres (um)",
-            where=where,
-            remedy=f"write it as in '{kind if kind in STATION_SENSORS else 'moment'}@50mm'",
-        )
+        raise _no_station(name, where)
+
+
+def _no_station(name: object, where: str) -> InputError:
+    kind = str(name).partition("@")[0]
+    return InputError(
+        f"{shown(name)} names no station in whole millimetres (mm) or micrometres (um)",
+        where=where,
+        remedy=f"write it as in '{kind if kind in STATION_SENSORS else 'moment'}@50mm'",
+    )
 
 
 def _whole(length: float) -> str:

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from slewctl.compare import (
     QUANTITIES,
     CaseResult,
@@ -167,6 +169,7 @@ def _section(place: int, result: CaseResult) -> dict[str, Any]:
         "unbounded": _unbounded(result.chosen),
         "proof": _proof(result.chosen),
         "sampling": sampling_loss(result.chosen.judgement),
+        "ratios": np.atleast_1d(result.case.arm.damping_ratio).tolist(),
         "rows": [(e, _readings(e)) for e in result.evaluations],
         "groups": _groups(result),
         "bases": [(basis, _row(result, basis)) for basis in _bases(result)],

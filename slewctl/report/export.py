@@ -40,7 +40,7 @@ def to_plain(value: Any) -> Any:
     the strings "inf" and "-inf".  Numbers keep ten digits, arrays longer than fifty five.
     """
     if is_dataclass(value) and not isinstance(value, type):
-        return {f.name: to_plain(getattr(value, f.name)) for f in fields(value)}
+        return {f.name: to_plain(getattr(value, f.name)) for f in fields(value) if f.init}
     if isinstance(value, Mapping):
         return {str(key): to_plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

@@ -20,6 +20,8 @@ from slewctl import (
     InputError,
     Joint,
     KelvinVoigt,
+    LumpedMass,
+    ModalData,
     Motor,
     Payload,
     Rayleigh,
@@ -90,6 +92,7 @@ def test_each_parameter_changes_its_property_alone() -> None:
         motor=Motor(1.0, 0.1, 0.1, rotor_inertia=1e-4),
         joint=Joint(50.0, 0.3),
         name="all",
+        masses=(LumpedMass(0.5, 0.1, 1e-3),),
     )
     expected = {
         "payload_mass": replace(arm, payload=Payload(2.0, 0.01)),
@@ -105,11 +108,19 @@ def test_each_parameter_changes_its_property_alone() -> None:
         "joint_stiffness": replace(arm, joint=Joint(2.0, 0.3)),
         "joint_damping": replace(arm, joint=Joint(50.0, 2.0)),
         "joint_stiffness_factor": replace(arm, joint=Joint(100.0, 0.3)),
+        "lumped_mass_factor": replace(arm, masses=(LumpedMass(0.5, 0.2, 2e-3),)),
+        "frequency_factor": replace(arm, beam=Beam(1.0, 2.0, 12.0)),
         "damping_factor": replace(arm, damping_ratio=(0.02, 0.04), damping=Rayleigh(0.2, 2e-4)),
     }
-    assert set(expected) == set(CHANGES)
-    for name, changed in expected.items():
-        varied = vary(arm, **{name: 0.5 if name == "damping_ratio" else 2.0})
+    data = ModalData(100.0, (1.0, 2.0), (2.0, 3.0))
+    of_data = {
+        "coupling_factor": Arm(ModalData(100.0, (1.0, 2.0), (4.0, 6.0))),
+        "inertia_factor": Arm(ModalData(200.0, (1.0, 2.0), (2.0, 3.0))),
+    }
+    assert {*expected, *of_data} == set(CHANGES)
+    for name, changed in (expected | of_data).items():
+        value = 0.5 if name == "damping_ratio" else 2.0
+        varied = vary(Arm(data) if name in of_data else arm, **{name: value})
         for field in fields(Arm):
             assert getattr(varied, field.name) == getattr(changed, field.name), (name, field.name)
     internal = replace(arm, damping=KelvinVoigt(1e-3), damping_ratio=0.0)

@@ -195,6 +195,13 @@ def test_modes_prints_each_basis_and_the_truth() -> None:
     assert "converged to" in done.stdout
 
 
+def test_modes_with_the_hub_held_are_those_of_the_data_sheet() -> None:
+    done = slewctl("modes", "two-wing-satellite", "--locked")
+    assert done.returncode == 0
+    for printed in ("0.250000", "1.567000", "4.387000", "with its hub held"):
+        assert printed in done.stdout
+
+
 def test_modes_takes_a_design_file(design: Path) -> None:
     assert "truth" in slewctl("modes", design, "-n", "2").stdout
 

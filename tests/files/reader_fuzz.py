@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import get_args
 
 from hypothesis import strategies as st
 from quick_design import QUICK
 
 from slewctl.errors import SlewctlError
 from slewctl.files import find_designs, read_arm, read_design, read_study
-from slewctl.files.schema import DesignTable, StudyTable, Table
+from slewctl.files.schema import DesignTable
+from slewctl.files.study_schema import StudyTable
+from slewctl.files.table import Table
 
 DESIGNS = Path(__file__).parents[2] / "designs"
 WHOLE = [QUICK, *(path.read_text("utf-8") for path in sorted(DESIGNS.rglob("*.toml")))]
@@ -19,10 +22,12 @@ WHOLE = [QUICK, *(path.read_text("utf-8") for path in sorted(DESIGNS.rglob("*.to
 def keys_of(kind: type[Table]) -> set[str]:
     """Return the keys of a table and of all tables within it."""
     found = {field.alias or name for name, field in kind.model_fields.items()}
-    for field in kind.model_fields.values():
-        for part in re.findall(r"\w+Table", str(field.annotation)):
-            inner = getattr(__import__("slewctl.files.schema", fromlist=[part]), part)
-            found |= keys_of(inner)
+    waiting: list[object] = [field.annotation for field in kind.model_fields.values()]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, type) and issubclass(part, Table):
+            found |= keys_of(part)
+        waiting += get_args(part)
     return found
 
 

@@ -11,20 +11,31 @@ import pytest
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
-from slewctl import Actuator, Hub, InputError, Joint, KelvinVoigt, Motor, Payload, Rayleigh, Sensor
+from slewctl import (
+    Actuator,
+    Hub,
+    InputError,
+    Joint,
+    KelvinVoigt,
+    LumpedMass,
+    Motor,
+    Payload,
+    Rayleigh,
+    Sensor,
+)
 from slewctl.basis import NAMES
 from slewctl.design import METHODS, options
+from slewctl.files.chosen_tables import CHOSEN_TABLES, KelvinVoigtTable, RayleighTable
 from slewctl.files.drive_tables import ActuatorTable, JointTable, SensorTable
 from slewctl.files.schema import (
     DesignTable,
     HubTable,
-    KelvinVoigtTable,
+    LumpedMassTable,
     ModelTable,
     MotorTable,
     PayloadTable,
-    RayleighTable,
-    StudyTable,
 )
+from slewctl.files.study_schema import StudyTable
 
 
 def tables(table: type[BaseModel]) -> set[type[BaseModel]]:
@@ -39,7 +50,7 @@ def tables(table: type[BaseModel]) -> set[type[BaseModel]]:
     return found
 
 
-ALL = tables(DesignTable) | tables(StudyTable) | {KelvinVoigtTable, RayleighTable}
+ALL = tables(DesignTable) | tables(StudyTable) | set(CHOSEN_TABLES.values())
 FIELDS = {
     f"{table.__name__}.{name}": field
     for table in sorted(ALL, key=lambda t: t.__name__)
@@ -96,6 +107,7 @@ DESCRIBED: list[tuple[type[BaseModel], type[Any], dict[str, Any]]] = [
     (ActuatorTable, Actuator, {}),
     (SensorTable, Sensor, {}),
     (JointTable, Joint, {"stiffness": 100.0}),
+    (LumpedMassTable, LumpedMass, {"x": 0.1}),
     (RayleighTable, Rayleigh, {"kind": "rayleigh"}),
     (KelvinVoigtTable, KelvinVoigt, {"kind": "kelvin-voigt", "retardation_time": 1e-4}),
     (

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
-from strategies import arms
+from strategies import loaded_arms
 
 import slewctl as sc
 from slewctl.arm import Arm, catalogue
@@ -17,7 +17,17 @@ LIMITS, NOISE = {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01, "mo
 
 
 def parts(arm: Arm) -> tuple[object, ...]:
-    return (arm.beam, arm.hub, arm.payload, arm.damping_ratio, arm.damping, arm.motor, arm.name)
+    return (
+        arm.beam,
+        arm.hub,
+        arm.payload,
+        arm.damping_ratio,
+        arm.damping,
+        arm.motor,
+        arm.name,
+        arm.masses,
+        arm.damping_modes,
+    )
 
 
 @pytest.mark.parametrize("name", catalogue.names())
@@ -29,7 +39,7 @@ def test_an_arm_of_the_catalogue_comes_back(tmp_path: Path, name: str) -> None:
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=40)
-@given(arm=arms(damping=True))
+@given(arm=loaded_arms())
 def test_any_arm_comes_back(tmp_path: Path, arm: Arm) -> None:
     path = tmp_path / "arm.toml"
     path.write_text(arm.to_toml(), encoding="utf-8")

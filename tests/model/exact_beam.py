@@ -8,7 +8,8 @@ The harmonic motion w(x) in the inertial frame obeys (EI w'')'' = ω² m̄ w wit
 
 * `uniform_determinant`: the 4 × 4 determinant of a uniform beam in closed form;
 * `wedge_determinant`: Bessel functions for m̄ ∝ uⁿ, EI ∝ uⁿ⁺², u = 1 − cx;
-* `series_determinant`: Taylor series on short pieces, any piecewise polynomial profile.
+* `series_determinant`: Taylor series on short pieces, any piecewise polynomial profile; a
+  lumped mass (m, J) makes M step by −ω² J w' and Q by ω² m w.
 """
 
 from __future__ import annotations
@@ -148,7 +149,7 @@ def series_determinant(arm: Arm, omega: mp.mpf, pieces: int = 4) -> mp.mpf:
     masses = _pieces(arm.beam.mass_per_length, L)
     stiffnesses = _pieces(arm.beam.bending_stiffness, L)
     cuts = {left for left, _, _ in (*masses, *stiffnesses)} | {mp.mpf(L)}
-    cuts |= {mp.mpf(L) * k / pieces for k in range(pieces)}
+    cuts |= {mp.mpf(L) * k / pieces for k in range(pieces)} | {mp.mpf(m.x) for m in arm.masses}
     bounds = sorted(cuts)
     start = [[mp.mpf(int(i == j)) for i in range(4)] for j in range(4)]
     tip = []
@@ -160,6 +161,11 @@ def series_determinant(arm: Arm, omega: mp.mpf, pieces: int = 4) -> mp.mpf:
                 for table in (masses, stiffnesses)
             )
             state = _advance(state, m, EI, omega**2, right - left)
+            for body in arm.masses:
+                if body.x == right:
+                    w, slope, moment, force = state
+                    moment -= omega**2 * body.inertia * slope
+                    state = [w, slope, moment, force + omega**2 * body.mass * w]
         tip.append(state)
     return boundary_determinant(arm, omega, start, tip)
 

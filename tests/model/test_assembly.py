@@ -11,15 +11,17 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import quad
 from scipy.linalg import eigh, expm
-from strategies import arms, deterministic
+from strategies import arms, deterministic, loaded_arms
 
 from slewctl import (
     AccuracyError,
     Arm,
     Beam,
     ClampedFree,
+    Drag,
     Hub,
     InputError,
+    LumpedMass,
     Payload,
     Polynomial,
     Slewing,
@@ -36,7 +38,7 @@ kinds = st.sampled_from(KINDS)
 every_kind = pytest.mark.parametrize("kind", KINDS)
 
 
-@given(arms(damping=True), kinds, st.integers(1, 10))
+@given(loaded_arms(), kinds, st.integers(1, 10))
 @deterministic(60)
 def test_matrices_are_symmetric_and_definite(arm: Arm, kind: type[Basis], n: int) -> None:
     model = assemble(arm, kind(n))
@@ -151,10 +153,16 @@ def rescaled(arm: Arm, length: float, mass: float, time: float) -> Arm:
         ),
         Payload(arm.payload.mass * mass, arm.payload.inertia * mass * length**2),
         damping_ratio=arm.damping_ratio,
+        damping=arm.damping and Drag(arm.damping.per_length * mass / (length * time)),
+        masses=[
+            LumpedMass(m.x * length, m.mass * mass, m.inertia * mass * length**2)
+            for m in arm.masses
+        ],
+        damping_modes=arm.damping_modes,
     )
 
 
-@given(arms(damping=True), kinds, *[st.floats(-3, 3)] * 3)
+@given(loaded_arms(), kinds, *[st.floats(-3, 3)] * 3)
 @deterministic(40)
 def test_change_of_units_scales_everything_consistently(
     arm: Arm, kind: type[Basis], a: float, b: float, c: float

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 import slewctl as sc
 from slewctl.basis import NAMES
 from slewctl.model import frequencies
-from slewctl.model.assembly import factors, ritz_modes
+from slewctl.model.assembly import factors
 from slewctl.model.locked import ritz_frequencies_hz
+from slewctl.model.ritz import ritz_modes
 from slewctl.model.subspace import lowest_modes
 
 TWO_PI = 2 * np.pi

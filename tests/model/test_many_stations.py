@@ -24,7 +24,8 @@ from slewctl import (
 )
 from slewctl.basis import Basis, Polynomial
 from slewctl.model import frequencies
-from slewctl.model.assembly import Boundary, factors, ritz_modes
+from slewctl.model.assembly import factors
+from slewctl.model.ritz import Boundary, ritz_modes
 from slewctl.model.subspace import lowest_modes
 
 EPS = np.finfo(float).eps

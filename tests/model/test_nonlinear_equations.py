@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import quad
-from strategies import arms, deterministic
+from strategies import arms, deterministic, loaded_arms
 
 from slewctl import (
     AccuracyError,
@@ -182,7 +182,7 @@ def test_carried_mass_is_the_mass_without_the_rotary_inertia(
     assert np.all(np.abs(total - model.mass[1:, 1:]) <= 20 * EPS * size)
 
 
-@given(arms(damping=True), kinds, st.integers(1, 6), st.booleans(), st.integers(0, 99))
+@given(loaded_arms(), kinds, st.integers(1, 6), st.booleans(), st.integers(0, 99))
 @deterministic(60)
 def test_accelerations_solve_the_equations(
     arm: Arm, kind: type[Basis], n: int, stiffening: bool, seed: int
@@ -219,7 +219,7 @@ def test_accelerations_solve_the_equations(
     assert np.linalg.norm(residual) <= 100 * EPS * scale * max(map(np.linalg.norm, sizes))
 
 
-@given(arms(damping=True), kinds, st.integers(1, 6), st.booleans(), st.integers(0, 99))
+@given(loaded_arms(), kinds, st.integers(1, 6), st.booleans(), st.integers(0, 99))
 @deterministic(60)
 def test_power_and_momentum_balance(
     arm: Arm, kind: type[Basis], n: int, stiffening: bool, seed: int

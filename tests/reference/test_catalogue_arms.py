@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
-from slewctl import Arm, Polynomial, arms, assemble
+from slewctl import Arm, Beam, Hub, Polynomial, arms, assemble, modal_data
 from slewctl.arm.catalogue import Published
 from slewctl.model.locked import frequencies
 
@@ -32,6 +32,21 @@ def test_stated_agreement_is_true_and_not_generous(name: str, published: Publish
     printed, found = computed(arms.get(name), published)
     worst = np.abs(found / printed - 1).max()
     assert 0.6 * published.agreement < worst < published.agreement
+
+
+def test_the_satellites_sheet_is_that_of_its_wings() -> None:
+    """Two uniform wings of 8 m and 40 kg on a bus of 900 kg·m², as their modes tell of them."""
+    stiffness = 10.0 * (2 * np.pi * 0.25 * 8**2 / 3.516015) ** 2
+    whole = modal_data(Arm(Beam(8.0, 10.0, stiffness), Hub(900.0, 1.0)), 3)
+    told, made = arms.get("two-wing-satellite").beam, whole.beam
+    assert_allclose(told.inertia, made.inertia + 900.0, rtol=5e-4)
+    assert_allclose(told.frequencies_hz, made.frequencies_hz, rtol=5e-4)
+    assert_allclose(told.coupling, np.abs(made.coupling), rtol=5e-4)
+    signs = np.sign(made.coupling)
+    for one, other in zip(told.places, made.places, strict=True):
+        for key in ("shapes", "moments"):
+            if getattr(one, key) is not None:
+                assert_allclose(getattr(one, key), signs * getattr(other, key), rtol=2e-3)
 
 
 def test_paper_beam_lies_below_the_papers_upper_bounds() -> None:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from slewctl.arm import Arm, Payload
+from slewctl.arm import Arm, Payload, require_beam
 from slewctl.basis import NAMES
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.compare.design_basis import SOURCES
@@ -231,6 +231,7 @@ class Study:
     truth_modes: int = 20
 
     def __post_init__(self) -> None:
+        require_beam(self.arm.beam, "study")
         most = MOST_TRUTH_MODES
         if check_count(self.truth_modes, "truth.modes") > most:
             raise InputError(
@@ -309,15 +310,14 @@ def arm_of(base: Arm, setting: Setting) -> Arm:
     hub = replace(base.hub, inertia=setting.hub_ratio * beam_inertia(base))
     payload = Payload(setting.payload_ratio * beam_mass(base), base.payload.inertia)
     joint = base.joint and replace(base.joint, rotor_inertia=base.rotor_inertia)
-    return Arm(
-        base.beam,
-        hub,
-        payload,
+    return replace(
+        base,
+        hub=hub,
+        payload=payload,
         damping_ratio=setting.damping_ratio,
+        damping=None,
+        motor=None,
         joint=joint,
-        actuator=base.actuator,
-        sensors=base.sensors,
-        name=base.name,
     )
 
 

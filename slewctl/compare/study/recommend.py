@@ -12,7 +12,7 @@ import numpy as np
 
 from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl._threads import single_threaded
-from slewctl.arm import Arm
+from slewctl.arm import Arm, require_beam
 from slewctl.basis import NAMES
 from slewctl.breakdown import computing
 from slewctl.compare.judgement import Judgement
@@ -224,6 +224,7 @@ def recommend(
     >>> found = sc.recommend(arm, truth_modes=10)  # doctest: +SKIP
     >>> found.basis, found.n  # doctest: +SKIP
     """
+    require_beam(arm.beam, "recommend")
     measured = check_sensors(sensors)
     clock = read_clock(sample_time, delay)
     trials = []

@@ -150,7 +150,7 @@ def simulate_swing(
             where="simulate_swing",
             remedy="give one, as from large_slew",
         )
-    t = _times(t)
+    t = swing_times(t, "simulate_swing.t")
     rtol = max(check_positive(rtol, "simulate_swing.rtol"), 1e-13)
     drive = _Drive(torque, t)
     form = ModalForm(equations, drive)
@@ -299,12 +299,13 @@ def _finite(values: object, name: str) -> Array:
     return found
 
 
-def _times(values: object) -> Array:
+def swing_times(values: object, where: str) -> Array:
+    """Return increasing times; refuse anything else."""
     t = _finite(values, "t")
     if t.ndim != 1 or len(t) < 2 or np.any(np.diff(t) <= 0):
         raise InputError(
             "the times do not increase" if t.ndim == 1 and len(t) > 1 else "fewer than two times",
-            where="simulate_swing.t",
+            where=where,
             remedy="give increasing times in s, as from numpy.linspace",
         )
     return t

@@ -200,7 +200,7 @@ def _response(loop: Loop, slew: Slew, points: int) -> SlewResponse:
     )
     t, found = moved.curves(slew.end, points)
     commanded = HUB_TORQUE if loop.objective.actuator == TORQUE else VOLTAGE
-    reach = loop.model.arm.hub.radius + loop.model.arm.beam.length
+    reach = loop.model.arm.reach
     return SlewResponse(
         t,
         found[THETA],
