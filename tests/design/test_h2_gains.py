@@ -17,6 +17,7 @@ from slewctl import (
     DesignError,
     GeneralisedPlant,
     Hub,
+    ModalData,
     Objective,
     Polynomial,
     Slewing,
@@ -59,8 +60,12 @@ def test_gap_of_the_state_feedback_is_below_1e_12(basis: type[Basis], n: int, hu
     assert found.iterations <= 25
 
 
+# 20 functions of a beam; what is known by three modes has no such model.
+BEAMS = [name for name in arms.names() if not isinstance(arms.get(name).beam, ModalData)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", arms.names())
+@pytest.mark.parametrize("name", BEAMS)
 def test_gap_of_the_state_feedback_is_below_1e_12_for_42_states(name: str) -> None:
     arm = replace(arms.get(name), damping_ratio=0.005, motor=None, joint=None)
     size = assemble(arm, Polynomial(1))
