@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from typing import Any, TypeVar
 
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, Told, number_table, progress, show
@@ -16,13 +19,16 @@ from slewctl.compare import (
     spillover_ladder,
 )
 from slewctl.compare.ladder import TOLD, redesigned
-from slewctl.errors import InputError
+from slewctl.compare.study.processes import Processes, usable_cores
+from slewctl.errors import InputError, SlewctlError
 from slewctl.files import (
     DesignFile,
     find_designs,
     name_designs,
     read_design,
 )
+
+T = TypeVar("T")
 
 _HEADINGS = {
     "gain_margin_db": "gain (dB)",
@@ -43,11 +49,13 @@ def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
     designs = [told.trying(read_design, path, name, slew=True) for path, name in names.items()]
     good = [design for design in designs if design is not None]
     with progress(count_designs([design.case for design in good])) as step:
-        found = [told.trying(_compared, design, step) for design in good]
-        results = tuple(case for cases in found if cases is not None for case in cases)
+        found = [pair for pair in _all_compared(good, told, step) if pair is not None]
+        results = tuple(result for result, _ in found)
         if results:
-            step("drawing")
-            page = write_comparison(Comparison(results), out, as_parquet=parquet)
+            step("writing")
+            page = write_comparison(
+                Comparison(results), out, as_parquet=parquet, sections=[drawn for _, drawn in found]
+            )
     for result in results:
         stable = sum(e.stable for e in result.evaluations)
         OUT.print(
@@ -58,9 +66,41 @@ def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
     return told.status
 
 
-def _compared(design: DesignFile, step: Callable[[str], None]) -> tuple[CaseResult, ...]:
+def _all_compared(
+    designs: Sequence[DesignFile], told: Told, step: Callable[[str], None]
+) -> Iterator[tuple[CaseResult, dict[str, Any]] | None]:
+    """Yield each design's result and what the page shows of it, from as many cores as there are."""
+    workers = min(len(designs), usable_cores())
+    if workers < 2:
+        for place, design in enumerate(designs):
+            yield told.trying(_compared, place, design, step)
+        return
+    with Processes(workers) as pool:
+        futures = [pool.submit(_compared, place, design) for place, design in enumerate(designs)]
+        for future, design in zip(futures, designs, strict=True):
+            yield told.trying(_returned, future)
+            for origin in design.case.candidates:
+                step(f"{design.case.name}: {origin}")
+
+
+def _compared(
+    place: int, design: DesignFile, step: Callable[[str], None] | None = None
+) -> tuple[CaseResult, dict[str, Any]]:
+    from slewctl.report.comparison import section
+
     with design.source.computing():
-        return compare([design.case], step).cases
+        (result,) = compare([design.case], step).cases
+    return result, section(place, result)
+
+
+def _returned(future: Future[T]) -> T:
+    try:
+        return future.result()
+    except BrokenProcessPool as error:
+        raise SlewctlError(
+            "a process that compared designs was ended from outside",
+            remedy="compare fewer designs at once, if memory ran out",
+        ) from error
 
 
 def print_ladder(design: Path, basis: str | None, n: int | None) -> None:

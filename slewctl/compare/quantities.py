@@ -106,6 +106,9 @@ class Quantity:
     scale: Scale = ""
     needs: str = "this arm has no such value"
 
+    def __reduce__(self) -> tuple[Callable[[str], Quantity], tuple[str]]:
+        return _named, (self.name,)  # what it reads by cannot be sent to another process
+
     @property
     def requirement(self) -> str:
         """The key of a design file's requirements that limits it."""
@@ -124,6 +127,10 @@ class Quantity:
         """Return the worst reading; a missing value is worse than any."""
         sign = 1.0 if self.better == "greater" else -1.0
         return min(readings, key=lambda r: -math.inf if math.isnan(r.value) else sign * r.value)
+
+
+def _named(name: str) -> Quantity:
+    return QUANTITIES[name]
 
 
 def _smaller_gain(margins: Margins) -> Crossing:

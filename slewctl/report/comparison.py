@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +39,13 @@ from slewctl.report.export import (
 from slewctl.report.page import render, versions
 
 
-def write_comparison(comparison: Comparison, folder: Path, *, as_parquet: bool = False) -> Path:
+def write_comparison(
+    comparison: Comparison,
+    folder: Path,
+    *,
+    as_parquet: bool = False,
+    sections: Sequence[Mapping[str, Any]] | None = None,
+) -> Path:
     """Write the report of a comparison and return the path of its page.
 
     Parameters
@@ -51,6 +57,8 @@ def write_comparison(comparison: Comparison, folder: Path, *, as_parquet: bool =
         ``loops``, ``slews`` and ``shapes``.
     as_parquet : bool
         Whether to write every table as Parquet too, which needs pyarrow.
+    sections : sequence of mapping, optional
+        What `section` returned of each case, where it was drawn in another process.
 
     Returns
     -------
@@ -73,11 +81,12 @@ def write_comparison(comparison: Comparison, folder: Path, *, as_parquet: bool =
     >>> from slewctl.report import write_comparison
     >>> write_comparison(compare([case]), Path("report"))  # doctest: +SKIP
     """
-    cases = [_section(k, case) for k, case in enumerate(comparison.cases)]
+    if sections is None:
+        sections = [section(k, case) for k, case in enumerate(comparison.cases)]
     results = {"versions": versions(), "cases": [_record(c) for c in comparison.cases]}
     files: dict[str, str | bytes] = {
-        "index.html": render("comparison.html", cases=cases),
-        "index.md": render("comparison.md", cases=cases),
+        "index.html": render("comparison.html", cases=sections),
+        "index.md": render("comparison.md", cases=sections),
         "results.json": json_text(results),
     }
     for name, (rows, long) in _TABLES.items():
@@ -156,8 +165,8 @@ def _known(reading: Reading) -> float | None:
     return None if math.isnan(reading.value) else reading.value
 
 
-def _section(place: int, result: CaseResult) -> dict[str, Any]:
-    """Return what the template shows of one case."""
+def section(place: int, result: CaseResult) -> dict[str, Any]:
+    """Return what the page shows of one case, its figures included; `place` is its own number."""
     anchor = f"case-{place}"
     return {
         "result": result,

@@ -20,6 +20,13 @@ ENDINGS = tuple(
 )
 
 
+def usable_cores() -> int:
+    """Return on how many cores this process may run."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 class Processes(ProcessPoolExecutor):
     """Processes of our own: an error or an interruption of their block kills them at once.
 

@@ -9,7 +9,6 @@ the executor.
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import (
@@ -26,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from slewctl._threads import one_thread
-from slewctl.compare.study.processes import Processes
+from slewctl.compare.study.processes import Processes, usable_cores
 from slewctl.compare.study.results_file import Notice, Row, results_file
 from slewctl.errors import InputError, SlewctlError
 from slewctl.versions import difference, versions
@@ -141,7 +140,7 @@ def sweep(
         if executor is not None:
             _run_elsewhere(executor, function, remaining(), keep, workers)
         else:
-            _run_in_processes(function, remaining(), keep, workers or os.cpu_count() or 1)
+            _run_in_processes(function, remaining(), keep, workers or usable_cores())
         if unclaimed:
             tell(f"{results}: {len(unclaimed)} pieces are none of this study's; taken out")
             file.remove(unclaimed)
@@ -231,7 +230,7 @@ def _width(executor: Executor, workers: int | None) -> Callable[[], int]:
     """Return how to learn how many pieces an executor works at at once."""
     client: Any = getattr(executor, "_client", None)
     if workers or client is None:
-        most: int = workers or getattr(executor, "_max_workers", None) or os.cpu_count() or 1
+        most: int = workers or getattr(executor, "_max_workers", None) or usable_cores()
         return lambda: most
 
     def threads() -> int:

@@ -18,6 +18,7 @@ from slewctl._types import Array, ComplexArray
 from slewctl.loop.single.enclosed import Enclosed, Terms, product_curve, reach
 from slewctl.loop.single.factor_error import ErrorBound, majorant
 from slewctl.loop.single.long_factor import LongFactor
+from slewctl.loop.single.powers import AtZero
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.long_complex import LONG_ROUNDING
 from slewctl.numerics.modal_basis import AT_END
@@ -44,13 +45,17 @@ class Factor:
         zero = np.zeros((1, 1), dtype=complex)
         single = (Block(np.array([k]), zero, zero) for k in at_zero.tolist())
         self.blocks = [*form.blocks, *single]
+        self.at_zero = [AtZero.of(b, form, self.all) if b.nilpotent else None for b in self.blocks]
         at_end = form.alone & (form.poles == AT_END) & self.sampled
         self.alone = np.flatnonzero(form.alone & (form.poles != 0) & ~at_end)
         pick = self.alone
         self.simple = Terms.of(form.poles[pick], self.sampled)
         coefficient = (form.shape * form.entry)[:, pick]
-        self.count = (len(form.poles) + 8) * ROUNDING
-        count = (len(form.poles) + 8) * LONG_ROUNDING if form.long else self.count
+        sums = (
+            len(form.poles) + 8 + max((len(block.index) ** 2 for block in self.blocks), default=0)
+        )
+        self.count = sums * ROUNDING
+        count = sums * LONG_ROUNDING if form.long else self.count
         self.long = LongFactor(form, self.blocks) if form.long else None
         # Of poles at z = −1, each (1 − s)/2 on the plane of s.
         edges = [Block(np.array([k]), zero, zero) for k in np.flatnonzero(at_end).tolist()]
@@ -101,8 +106,12 @@ class Factor:
             return self.long.values(s)
         u = 1 / (s[:, None] - self.simple.sigma)
         found = u @ self.residue + self.D
-        for block in self.blocks:
-            found += self._solved(block, s) @ self.form.shape[:, block.index].T
+        for block, powers in zip(self.blocks, self.at_zero, strict=True):
+            found += (
+                powers.values(s)
+                if powers
+                else self._solved(block, s) @ self.form.shape[:, block.index].T
+            )
         if self.has_end:
             found += np.multiply.outer((1 - s) / 2, self.at_end)
         return np.asarray(found)
@@ -120,10 +129,13 @@ class Factor:
             curves = (2 + 1e-9) * ((q2 * q) @ self.curving)
             curve, flat = curves[:, : self.outputs], curves[:, self.outputs :]
             near = [1 / self._from_interval(block, c, h) for block in self.blocks]
-            for block, q_block in zip(self.blocks, near, strict=True):
-                w, w1, w2 = self._chain(block, s, h, q_block)
-                Y = self.form.shape[:, block.index].T
-                value, slope, curve = value + w @ Y, slope + w1 @ Y, curve + w2 @ np.abs(Y)
+            for block, powers, q_block in zip(self.blocks, self.at_zero, near, strict=True):
+                X, X1, X2 = (
+                    powers.enclosed(s, q_block[:, 0])
+                    if powers
+                    else self._of_block(block, s, h, q_block)
+                )
+                value, slope, curve = value + X, slope + X1, curve + X2
             if self.has_end:
                 value = value + np.multiply.outer((1 - s) / 2, self.at_end)
                 slope = slope - 0.5j * self.at_end
@@ -303,6 +315,14 @@ class Factor:
             above = w[:, i + 1 :] @ T[i, i + 1 :] if i + 1 < len(index) else 0.0
             w[:, i] = (self.form.entry[index[i]] + above) * u[:, i]
         return w
+
+    def _of_block(
+        self, block: Block, s: ComplexArray, h: Array, q: Array
+    ) -> tuple[ComplexArray, ComplexArray, Array]:
+        """Return Y (s − T)⁻¹ ξ of a block, its slope and curvature, shape (m, p)."""
+        w, w1, w2 = self._chain(block, s, h, q)
+        Y = self.form.shape[:, block.index].T
+        return w @ Y, w1 @ Y, w2 @ np.abs(Y)
 
     def _chain(
         self, block: Block, s: ComplexArray, h: Array, q: Array

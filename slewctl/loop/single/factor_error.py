@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slewctl._types import Array, IntArray
+from slewctl.loop.single.powers import majorant_powers
 from slewctl.numerics.long_complex import LONG_ROUNDING
 from slewctl.numerics.modal_bounds import ROUNDING
 from slewctl.numerics.modal_form import Block, ModalForm
@@ -49,6 +50,8 @@ class ErrorBound:
         unit = LONG_ROUNDING if form.long else ROUNDING
         self.pole_error = unit * np.abs(form.poles[pick]) if form.sample_time else np.zeros(0)
         self.shifted = (shape * entry).T[pick]
+        self.outputs = len(shape)
+        self.powers = [self._of_powers(block) if _of_one_pole(block) else None for block in blocks]
 
     def __call__(self, single: Array, blocks: list[Array]) -> Array:
         """Return the bounds, shape (m, p).
@@ -69,8 +72,15 @@ class ErrorBound:
             R = far
         own = own + R @ self.own
         sums = self._sums(R)  # (p + 2, m, components)
-        for block, near in zip(self.blocks, blocks, strict=True):
+        p = self.outputs
+        for block, powers, near in zip(self.blocks, self.powers, blocks, strict=True):
             index, where = block.index, form.component[block.index[0]]
+            if powers is not None:
+                reach = np.multiply.accumulate(np.repeat(near[:, :1], len(index), axis=1), axis=1)
+                found = reach @ powers
+                own = own + found[:, :p]
+                sums[:, :, where] += found[:, p:].T
+                continue
             shape, weight = self.shape[:, index].T, form.weight[index]
             spread, inexact, entry = (
                 majorant(block, near, vector[index])
@@ -86,6 +96,17 @@ class ErrorBound:
             moved = (sums[2:] * through).sum(axis=2).T
         return np.asarray(np.where(np.isnan(moved), np.inf, moved) + own)
 
+    def _of_powers(self, block: Block) -> Array:
+        """Return what each power of the reach of a block adds to all sums, shape (k, 2p + 2)."""
+        index, form = block.index, self.form
+        shape, weight = self.shape[:, index].T, form.weight[index]
+        spread, inexact, entry = (
+            majorant_powers(block, vector[index])
+            for vector in (form.spread, form.entry_error, self.entry)
+        )
+        own = inexact @ shape + entry @ self.inexact[:, index].T
+        return np.column_stack([own, entry @ weight, spread @ weight, spread @ shape])
+
     def _sums(self, R: Array) -> Array:
         """Return the sums over the simple modes of each component."""
         if self.components == 1:
@@ -95,6 +116,11 @@ class ErrorBound:
             for row, vector in enumerate(self.crossing):
                 found[row, :, self.has_single] = np.add.reduceat(R * vector, self.starts, axis=1).T
         return found
+
+
+def _of_one_pole(block: Block) -> bool:
+    """Whether all poles of a block are exactly one, as far from everything as each other."""
+    return block.nilpotent or len(block.index) == 1
 
 
 def majorant(block: Block, reach: Array, vector: Array) -> Array:

@@ -69,11 +69,7 @@ def modes_of_loop(loop: LinearSystem) -> Modes:
     ringing, step = _ringing(loop), sample_time(loop)
     names = tuple(mode_name(k + 1, hertz) for k, hertz in enumerate(ringing.hertz))
 
-    def parts(omega: float) -> ComplexArray:
-        point = np.exp(1j * omega * step) if step else 1j * omega
-        return ringing.sum_of_pairs(lambda pole: 1 / (point - pole))
-
-    return Modes(names, "rigid body" if ringing.rigid else "", parts)
+    return Modes(names, "rigid body" if ringing.rigid else "", _LoopParts(ringing, step))
 
 
 def modes_of_pair(
@@ -103,18 +99,10 @@ def modes_of_pair(
         ringing = ringing.only(kept.tolist())
         known = [(k + 1, float(hertz[k])) for k in numbers.tolist()]
     names = tuple(mode_name(number, f, step) for number, f in known)
-    response = FrequencyResponse(pair.negative)
-
-    def factor(omega: float) -> Callable[[ComplexArray], ComplexArray]:
-        if step and not own:
-            return _held(omega, step, delay)
-        point = np.exp(1j * omega * step) if step else 1j * omega
-        return lambda pole: 1 / (point - pole)
-
-    def parts(omega: float) -> ComplexArray:
-        K = response(np.array([omega])).reshape(pair.controller.noutputs, -1)
-        return np.asarray(K @ ringing.sum_of_pairs(factor(omega)))
-
+    held = (step, delay) if step and not own else None
+    parts = _PairParts(
+        ringing, own or step, held, FrequencyResponse(pair.negative), pair.controller.noutputs
+    )
     rigid = hertz is not None or ringing.rigid
     return Modes(names, "rigid body" if rigid else "", parts)
 
@@ -151,6 +139,36 @@ class _Ringing:
         # A negative z has no partner: it rings at half the sampling frequency.
         paired = (self.poles.imag != 0)[:, None, None]
         return np.asarray(self.residues * one + paired * self.residues.conj() * other)
+
+
+@dataclass(frozen=True, eq=False)
+class _LoopParts:
+    """What each mode of a loop on one clock contributes to it."""
+
+    ringing: _Ringing
+    step: float
+
+    def __call__(self, omega: float) -> ComplexArray:
+        point = np.exp(1j * omega * self.step) if self.step else 1j * omega
+        return self.ringing.sum_of_pairs(lambda pole: 1 / (point - pole))
+
+
+@dataclass(frozen=True, eq=False)
+class _PairParts:
+    """What each mode of a plant contributes to its loop; `held` is its clock and dead time."""
+
+    ringing: _Ringing
+    step: float
+    held: tuple[float, float] | None
+    controller: FrequencyResponse
+    controller_outputs: int
+
+    def __call__(self, omega: float) -> ComplexArray:
+        shape = (self.controller_outputs, -1)
+        K = self.controller(np.array([omega])).reshape(shape)
+        if self.held is None:
+            return np.asarray(K @ _LoopParts(self.ringing, self.step)(omega))
+        return np.asarray(K @ self.ringing.sum_of_pairs(_held(omega, *self.held)))
 
 
 def _ringing(system: LinearSystem) -> _Ringing:
