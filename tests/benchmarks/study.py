@@ -19,7 +19,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -34,7 +34,7 @@ from slewctl.basis import create
 from slewctl.compare import Grid, Piece, Point, Setting, Study, Work, evaluate_point, run_study
 from slewctl.compare.study.grid import arm_of, objective_of, slew_of
 from slewctl.compare.study.results_file import rows
-from slewctl.compare.study.sweep import sweep
+from slewctl.compare.study.sweep import Groups, sweep
 from slewctl.plant import state_space
 
 ARM, TRUTH_MODES = arms.paper_beam(), 20
@@ -262,6 +262,30 @@ def trivial(number: int) -> list[Row]:
     return [{f"column_{k:02}": number / (k + 1) for k in range(31)}]
 
 
+def waiting(seconds: float) -> list[Row]:
+    """Do as a worker elsewhere does: take its time."""
+    time.sleep(seconds)
+    return [{"seconds": seconds}]
+
+
+def busy(slots: int = 64, places: int = 200, points: int = 19) -> None:
+    """Print which share of the time the slots of a simulated cluster work."""
+    seconds = np.random.default_rng(1).uniform(0.03, 0.09, (places, points))
+    for groups in (None, Groups(places, points)):
+        pieces = [
+            Piece(f"{k:04}-{i:02}", float(seconds[k, i]), group=str(k))
+            for k in range(places)
+            for i in range(points)
+        ]
+        start = time.perf_counter()
+        with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(slots) as threads:
+            sweep(waiting, pieces, Path(folder) / "rows.jsonl", stamp={}, executor=threads,
+                  groups=groups)  # fmt: skip
+        share = seconds.sum() / slots / (time.perf_counter() - start)
+        print(f"{slots} slots, {places} places of {points} points, "
+              f"{'by place' if groups else 'one by one'}: {share:.0%} busy")  # fmt: skip
+
+
 def peak() -> float:
     """Return the peak memory of this process in MB.
 
@@ -290,8 +314,11 @@ def main() -> None:
     parser.add_argument("cases", nargs="?", type=int, default=300)
     parser.add_argument("--whole", action="store_true")
     parser.add_argument("--sweep", type=int, help="one line of the memory table, used by itself")
+    parser.add_argument("--slots", type=int, help="how busy a simulated cluster is kept")
     given = parser.parse_args()
-    if given.sweep:
+    if given.slots:
+        busy(given.slots)
+    elif given.sweep:
         sweep_alone(given.sweep)
     elif given.whole:
         whole()

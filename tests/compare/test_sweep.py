@@ -13,16 +13,19 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import distributed
 import psutil
 import pytest
 import sweep_work
 from heed_signals import heed_signals
+from hypothesis import given
+from hypothesis import strategies as st
 
 from slewctl.compare.study.processes import Processes
-from slewctl.compare.study.results_file import rows
-from slewctl.compare.study.sweep import Piece, WorkerDiedError, _limited, sweep
+from slewctl.compare.study.results_file import Row, rows
+from slewctl.compare.study.sweep import Groups, Piece, WorkerDiedError, _limited, sweep
 from slewctl.errors import InputError
 from slewctl.versions import versions
 
@@ -46,6 +49,51 @@ def test_rows_come_back_in_order_whoever_computed_them(tmp_path: Path) -> None:
     sweep(sweep_work.eigenvalues, reversed(pieces(6)), tmp_path / "p", stamp=STAMP, workers=2)
     assert rows(tmp_path / "t") == rows(tmp_path / "p")
     assert [row["seed"] for row in rows(tmp_path / "p")] == list(range(6))
+
+
+class Counting(ThreadPoolExecutor):
+    """An executor that counts what it is given."""
+
+    submitted = 0
+
+    def submit(self, *args: Any, **keys: Any) -> Future[Any]:
+        self.submitted += 1
+        return super().submit(*args, **keys)
+
+
+@given(count=st.integers(1, 500), size=st.integers(1, 50), workers=st.integers(1, 100))
+def test_tasks_are_groups_or_as_many_parts_as_keep_all_workers(
+    count: int, size: int, workers: int
+) -> None:
+    most = Groups(count, size).per_task(workers)
+    tasks = count * -(-size // most)
+    assert 1 <= most <= size
+    assert tasks >= min(10 * workers, count * size)
+    if count >= 10 * workers:
+        assert most == size
+
+
+@pytest.mark.parametrize(("groups", "submitted"), [(None, 120), (Groups(24, 5), 24)])
+def test_a_group_is_one_task_and_each_of_its_pieces_one_result(
+    tmp_path: Path, groups: Groups | None, submitted: int
+) -> None:
+    work = [Piece(f"{g:02}-{i}", (g, i), group=str(g)) for g in range(24) for i in range(5)]
+
+    def done(key: tuple[int, int]) -> list[Row]:
+        return [{"group": key[0], "number": key[1]}]
+
+    seen: list[int] = []
+    with Counting(2) as threads:
+        sweep(done, work[:37], tmp_path / "r", stamp=STAMP, executor=threads, groups=groups)
+        first = threads.submitted
+        sweep(done, work, tmp_path / "r", stamp=STAMP, executor=threads, groups=groups,
+              resume=True, progress=seen.append)  # fmt: skip
+    # A group of which a part was done goes on with the rest of it.
+    assert threads.submitted == submitted + (groups is not None)
+    assert first == (8 if groups else 37)
+    assert sum(seen) == len(work)
+    found = [(row["group"], row["number"]) for row in rows(tmp_path / "r")]
+    assert found == [piece.work for piece in work]
 
 
 def test_pieces_are_taken_as_they_are_needed(tmp_path: Path) -> None:
@@ -363,4 +411,4 @@ def test_a_worker_of_another_version_is_refused() -> None:
     with pytest.raises(
         InputError, match=rf"a worker has scipy {versions()['scipy']} \(here 99.1\)"
     ):
-        _limited(sweep_work.squares, 1, wanted)
+        _limited(sweep_work.squares, [1], wanted)

@@ -9,6 +9,7 @@ from eigenvalue_doubts import Limit, gain_doubts, phase_doubts
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from slewctl._types import Array, IntArray
 from slewctl.loop.single.crossings import crossings, log_gain, sampled
 from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.loop.single.roots import polished
@@ -18,6 +19,10 @@ S = control.tf("s")
 LOOP = control.ss(
     2 / (S * (S + 2)) + 0.15 * S / (S**2 + 0.02 * S + 9) + 0.2 * S / (S**2 + 0.02 * S + 36)
 )
+
+
+def _sine(v: Array, _: IntArray) -> Array:
+    return np.sin(v)
 
 
 def parts(system: control.StateSpace) -> tuple[BrokenLoop, np.ndarray, np.ndarray, np.ndarray]:
@@ -77,16 +82,16 @@ def test_polished_roots(roots: list[float]) -> None:
 
     for value in known:
         function.known = np.array([value])  # type: ignore[attr-defined]
-        found = polished(function, np.array([value - 1.0]), np.array([value + 2.0]))
+        found = polished(lambda v, _: function(v), np.array([value - 1.0]), np.array([value + 2.0]))
         assert found[0] == pytest.approx(value, abs=1e-14, rel=1e-14)
 
 
 def test_many_enclosures_together() -> None:
     left = np.arange(1, 40) * np.pi - 1.0
-    found = polished(np.sin, left, left + 2.1)
+    found = polished(_sine, left, left + 2.1)
     np.testing.assert_allclose(found, np.arange(1, 40) * np.pi, rtol=1e-15)
 
 
 def test_an_end_that_is_the_root_stays() -> None:
-    assert polished(np.sin, np.array([np.pi]), np.array([4.0]))[0] == pytest.approx(np.pi)
-    assert len(polished(np.sin, np.zeros(0), np.zeros(0))) == 0
+    assert polished(_sine, np.array([np.pi]), np.array([4.0]))[0] == pytest.approx(np.pi)
+    assert len(polished(_sine, np.zeros(0), np.zeros(0))) == 0

@@ -32,7 +32,7 @@ from slewctl.compare.study.grid import (
 )
 from slewctl.compare.study.result import StudyResult
 from slewctl.compare.study.results_file import Notice, Row, rows
-from slewctl.compare.study.sweep import Piece, sweep
+from slewctl.compare.study.sweep import Groups, Piece, sweep
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.loop import Loop, PlantGraph, gap_between, ncf_margin, plant_graph
@@ -93,6 +93,16 @@ class Work:
     point: Point
 
 
+def places(study: Study) -> Groups:
+    """Return how many places a study has, counted with every grid, and points at the largest.
+
+    A place is a setting: its truth and optimum serve all points that are judged there.
+    """
+    sizes = [len(grid.methods) * len(grid.bases) * len(grid.orders) for grid in study.grids]
+    counts = [len(grid) // size for grid, size in zip(study.grids, sizes, strict=True)]
+    return Groups(sum(counts), max(sizes))
+
+
 def run_study(
     study: Study,
     results: Path,
@@ -137,11 +147,12 @@ def run_study(
 
     def pieces() -> Iterator[Piece]:
         for point in study.points():
-            yield Piece(point.key, Work(study.arm, study.truth_modes, point))
+            work = Work(study.arm, study.truth_modes, point)
+            yield Piece(point.key, work, group=repr(point.setting))
 
     sweep(
         evaluate_point, pieces(), results, stamp=stamp, executor=executor, workers=workers,
-        resume=resume, progress=progress, notice=notice,
+        groups=places(study), resume=resume, progress=progress, notice=notice,
     )  # fmt: skip
     return StudyResult(study, rows(results))
 

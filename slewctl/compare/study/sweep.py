@@ -21,6 +21,7 @@ from concurrent.futures import (
 )
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +31,10 @@ from slewctl.compare.study.results_file import Notice, Row, results_file
 from slewctl.errors import InputError, SlewctlError
 from slewctl.versions import difference, versions
 
-# Pieces handed out for each worker before the first comes back: enough that none waits.
+# Tasks handed out for each worker before the first comes back: enough that none waits.
 _IN_FLIGHT_PER_WORKER = 3
+# Tasks for each worker at least, so that the last ones to come back do not keep all waiting.
+_LEAST_PER_WORKER = 10
 # When nothing comes back for so many seconds, it is asked whether there still are workers.
 _PATIENCE = 60.0
 
@@ -51,11 +54,30 @@ class Piece:
         What the function is given; can be pickled.
     size : int
         How many cases it holds, for the progress.
+    group : str
+        Pieces of one group that follow each other share most of what they are computed from:
+        they go to one worker, in one task or in several.
     """
 
     key: str
     work: Any
     size: int = 1
+    group: str = ""
+
+
+Task = tuple[Piece, ...]
+
+
+@dataclass(frozen=True)
+class Groups:
+    """How many groups there are about, and how many pieces the largest has."""
+
+    count: int
+    size: int
+
+    def per_task(self, workers: int) -> int:
+        """Return how many pieces of a group are one task: all, if there are enough groups."""
+        return max(1, min(self.size, self.count * self.size // (_LEAST_PER_WORKER * workers)))
 
 
 class WorkerDiedError(SlewctlError):
@@ -70,6 +92,7 @@ def sweep(
     stamp: Mapping[str, Any],
     executor: Executor | None = None,
     workers: int | None = None,
+    groups: Groups | None = None,
     resume: bool = False,
     progress: Progress | None = None,
     notice: Notice | None = None,
@@ -91,6 +114,8 @@ def sweep(
         An existing one, such as that of `slewctl.compare.study.dask_cluster`; by default processes.
     workers : int, optional
         How many work at once; by default as many as the executor has, or there are cores.
+    groups : Groups, optional
+        Of the pieces; without it each goes to a worker by itself.
     resume : bool
         Go on with an existing file; its finished pieces are not done again.
     progress : callable, optional
@@ -137,17 +162,27 @@ def sweep(
                 else:
                     yield piece
 
+        width = _width(executor, workers)
+        most = groups.per_task(max(width(), 1)) if groups else 1
+        tasks = _tasks(remaining(), most)
         if executor is not None:
-            _run_elsewhere(executor, function, remaining(), keep, workers)
+            _run_elsewhere(executor, function, tasks, keep, width)
         else:
-            _run_in_processes(function, remaining(), keep, workers or usable_cores())
+            _run_in_processes(function, tasks, keep, width())
         if unclaimed:
             tell(f"{results}: {len(unclaimed)} pieces are none of this study's; taken out")
             file.remove(unclaimed)
 
 
-def _limited(function: Work, work: Any, wanted: Mapping[str, str]) -> Sequence[Row]:
-    """Run one piece with one BLAS thread and the versions wanted, wherever it runs."""
+def _tasks(pieces: Iterator[Piece], most: int) -> Iterator[Task]:
+    """Yield pieces of one group that follow each other together, so many at most."""
+    for _, members in groupby(pieces, key=lambda piece: piece.group):
+        while task := tuple(islice(members, most)):
+            yield task
+
+
+def _limited(function: Work, task: Sequence[Any], wanted: Mapping[str, str]) -> list[Sequence[Row]]:
+    """Run the pieces of a task with one BLAS thread and the versions wanted, wherever it runs."""
     if other := difference(versions(), wanted):
         raise InputError(
             f"a worker has {other}",
@@ -155,40 +190,42 @@ def _limited(function: Work, work: Any, wanted: Mapping[str, str]) -> Sequence[R
             remedy="install the same versions there: digits depend on them",
         )
     with one_thread():
-        return function(work)
+        return [function(work) for work in task]
 
 
 def _run(
     executor: Executor,
     function: Work,
-    pieces: Iterator[Piece],
+    tasks: Iterator[Task],
     keep: Callable[[Piece, Sequence[Row]], None],
     window: Callable[[], int],
 ) -> None:
-    """Hand out the pieces, never more than a window of them at a time.
+    """Hand out the tasks, never more than a window of them at a time.
 
-    A window of none says that no worker is left; one piece is handed out all the same, since
+    A window of none says that no worker is left; one task is handed out all the same, since
     a cluster may grow when there is work.
     """
-    flying: dict[Future[Sequence[Row]], Piece] = {}
-    taken: Piece | None = None
+    flying: dict[Future[list[Sequence[Row]]], Task] = {}
+    taken: Task | None = None
     try:
         while True:
             most = max(window(), 1)
-            while len(flying) < most and (taken := next(pieces, None)) is not None:
-                flying[executor.submit(_limited, function, taken.work, versions())] = taken
+            while len(flying) < most and (taken := next(tasks, None)) is not None:
+                work = [piece.work for piece in taken]
+                flying[executor.submit(_limited, function, work, versions())] = taken
             if not flying:
                 return
             finished, _ = wait(flying, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
             if not finished and not window():
                 raise _lost("no worker is left")
             for future in finished:
-                keep(flying[future], future.result())
+                for piece, found in zip(flying[future], future.result(), strict=True):
+                    keep(piece, found)
                 del flying[future]
     except BrokenExecutor as error:
         # A pool may break between two submissions, and then refuses the piece just taken.
         refused = [taken] if taken is not None and taken not in flying.values() else []
-        raise _PoolBrokeError((*flying.values(), *refused)) from error
+        raise _PoolBrokeError(tuple(chain(*flying.values(), *refused))) from error
     except CancelledError as error:
         raise _lost("the executor has dropped its work") from error
     except BaseException:
@@ -214,20 +251,19 @@ class _PoolBrokeError(Exception):
 def _run_elsewhere(
     executor: Executor,
     function: Work,
-    pieces: Iterator[Piece],
+    tasks: Iterator[Task],
     keep: Callable[[Piece, Sequence[Row]], None],
-    workers: int | None,
+    width: Callable[[], int],
 ) -> None:
     """Run on an executor that somebody else keeps."""
-    width = _width(executor, workers)
     try:
-        _run(executor, function, pieces, keep, lambda: _IN_FLIGHT_PER_WORKER * width())
+        _run(executor, function, tasks, keep, lambda: _IN_FLIGHT_PER_WORKER * width())
     except _PoolBrokeError as error:
         raise _lost("a worker was killed, and its pool is broken") from error
 
 
-def _width(executor: Executor, workers: int | None) -> Callable[[], int]:
-    """Return how to learn how many pieces an executor works at at once."""
+def _width(executor: Executor | None, workers: int | None) -> Callable[[], int]:
+    """Return how to learn how many tasks an executor, or processes of our own, work at at once."""
     client: Any = getattr(executor, "_client", None)
     if workers or client is None:
         most: int = workers or getattr(executor, "_max_workers", None) or usable_cores()
@@ -244,7 +280,7 @@ def _width(executor: Executor, workers: int | None) -> Callable[[], int]:
 
 def _run_in_processes(
     function: Work,
-    pieces: Iterator[Piece],
+    tasks: Iterator[Task],
     keep: Callable[[Piece, Sequence[Row]], None],
     workers: int,
 ) -> None:
@@ -259,7 +295,7 @@ def _run_in_processes(
                     _run(pool, function, _drained(suspects), keep, lambda: 1)
             else:
                 with Processes(workers) as pool:
-                    _run(pool, function, pieces, keep, lambda: _IN_FLIGHT_PER_WORKER * workers)
+                    _run(pool, function, tasks, keep, lambda: _IN_FLIGHT_PER_WORKER * workers)
                 break
         except _PoolBrokeError as error:
             if alone:
@@ -274,6 +310,6 @@ def _run_in_processes(
         )
 
 
-def _drained(pieces: deque[Piece]) -> Iterator[Piece]:
+def _drained(pieces: deque[Piece]) -> Iterator[Task]:
     while pieces:
-        yield pieces.popleft()
+        yield (pieces.popleft(),)

@@ -99,7 +99,10 @@ def crossings(loop: BrokenLoop, samples: Samples, function: Function) -> Crossin
 
     points, values = _turned(at, points, values)
     change = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))
-    return Crossings(polished(at, points[change], points[change + 1]), np.sign(values[change + 1]))
+    return Crossings(
+        polished(lambda v, _: at(v), points[change], points[change + 1]),
+        np.sign(values[change + 1]),
+    )
 
 
 def _turned(at: Callable[[Array], Array], points: Array, values: Array) -> tuple[Array, Array]:

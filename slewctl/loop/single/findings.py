@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slewctl._types import Array, BoolArray
+from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.loop.single.roots import polished
 
 
@@ -24,11 +24,11 @@ class Points:
         self.right.append(right)
         self.width.append(width)
 
-    def polish(self, function: Callable[[Array], Array]) -> None:
-        """Replace what lies between two frequencies by the root of a function."""
-        if self.left:
-            left, right = np.concatenate(self.left), np.concatenate(self.right)
-            self.left = self.right = [polished(function, left, right)]
+    @property
+    def ends(self) -> tuple[Array, Array]:
+        """The two frequencies of each."""
+        none = np.zeros(0)
+        return np.concatenate([none, *self.left]), np.concatenate([none, *self.right])
 
     @property
     def arrays(self) -> tuple[Array, Array]:
@@ -45,6 +45,33 @@ class Least:
     value: float
     v: float
     proved: float
+
+
+def polish(
+    first: tuple[Points, Callable[[ComplexArray], Array]],
+    second: tuple[Points, Callable[[ComplexArray], Array]],
+    loop: Callable[[Array], ComplexArray],
+) -> None:
+    """Replace what lies between two frequencies by the root of a function of L, all together.
+
+    Parameters
+    ----------
+    first, second : tuple of Points and callable
+        From values of L to those whose sign changes.
+    loop : callable
+        From v to L.
+    """
+    (one, of_one), (other, of_other) = first, second
+    (a, b), (c, d) = one.ends, other.ends
+    count = len(a)
+
+    def value(v: Array, which: IntArray) -> Array:
+        L = loop(v)
+        return np.where(which < count, of_one(L), of_other(L))
+
+    roots = polished(value, np.concatenate([a, c]), np.concatenate([b, d]))
+    one.left = one.right = [roots[:count]]
+    other.left = other.right = [roots[count:]]
 
 
 def sort_out(

@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from slewctl._types import Array
+from slewctl._types import Array, IntArray
 
 # Bisection alone would take 53 for 16 digits; more end what does not converge.
 _STEPS = 200
 
 
-def polished(function: Callable[[Array], Array], left: Array, right: Array) -> Array:
+def polished(function: Callable[[Array, IntArray], Array], left: Array, right: Array) -> Array:
     """Return the root of `function` in each enclosure, to the last digits.
 
     Chandrupatla's method (Advances in Engineering Software 28, 1997): inverse quadratic
@@ -22,7 +22,7 @@ def polished(function: Callable[[Array], Array], left: Array, right: Array) -> A
     Parameters
     ----------
     function : callable
-        From points to values, elementwise.
+        From points, and the numbers of the enclosures that they are in, to values.
     left, right : ndarray
         Ends of the enclosures, where the function differs in sign.  An end of which the
         sign does not survive a second evaluation is the root itself.
@@ -30,9 +30,10 @@ def polished(function: Callable[[Array], Array], left: Array, right: Array) -> A
     left, right = np.array(left, dtype=float), np.array(right, dtype=float)
     if not len(left):
         return left
-    root = np.where(np.abs(function(left)) < np.abs(function(right)), left, right)
+    every = np.arange(len(left))
     a, b = right.copy(), left.copy()
-    fa, fb = function(a), function(b)
+    fa, fb = function(a, every), function(b, every)
+    root = np.where(np.abs(fb) < np.abs(fa), left, right)
     c, fc = a.copy(), fa.copy()
     t = np.full(len(a), 0.5)
     open_ = np.flatnonzero(np.sign(fa) * np.sign(fb) < 0)
@@ -41,7 +42,7 @@ def polished(function: Callable[[Array], Array], left: Array, right: Array) -> A
             break
         k = open_
         x = a[k] + t[k] * (b[k] - a[k])
-        fx = function(x)
+        fx = function(x, k)
         same = np.sign(fx) == np.sign(fa[k])
         c[k], fc[k] = np.where(same, a[k], b[k]), np.where(same, fa[k], fb[k])
         b[k], fb[k] = np.where(same, b[k], a[k]), np.where(same, fb[k], fa[k])

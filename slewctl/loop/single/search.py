@@ -14,7 +14,7 @@ import numpy as np
 from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.loop.single.axis_ends import WIDEST, Gap, Tail, first_intervals
 from slewctl.loop.single.factored_loop import Enclosure, FactoredLoop
-from slewctl.loop.single.findings import Least, Points, sort_out
+from slewctl.loop.single.findings import Least, Points, polish, sort_out
 
 # Relative tolerance of the smallest distances.
 TOLERANCE = 2e-10
@@ -75,8 +75,7 @@ class Search:
         self._least = {MODULUS: (np.inf, 0.0, 0.0), DISK: (np.inf, 0.0, 0.0)}
         self._proved = {MODULUS: np.inf, DISK: np.inf}
         self._run(*first_intervals(loop, start, gaps, end))
-        self.unit.polish(self._log_gain)
-        self.real.polish(self._sine)
+        polish((self.unit, _log_gain), (self.real, _sine), loop.on_axis)
         self._ends(large, end)
         self._polish()
 
@@ -308,13 +307,6 @@ class Search:
             self.fall = float(np.max(1 / most[sure & (least > 1)], initial=self.fall))
         return open_ & ~once
 
-    def _log_gain(self, v: Array) -> Array:
-        return np.log(np.abs(self.loop.on_axis(v)))
-
-    def _sine(self, v: Array) -> Array:
-        L = self.loop.on_axis(v)
-        return np.asarray(L.imag / np.abs(L))
-
     def _give_up(self, box: Enclosure, left: BoolArray) -> None:
         """Record what cannot be decided above rounding."""
         if not left.any():
@@ -340,6 +332,14 @@ class Search:
                 outside = self._outside((box.value, box.slope * box.h), R, t)
             low, high = (t, high) if outside[here].all() else (low, t)
         return low
+
+
+def _log_gain(L: ComplexArray) -> Array:
+    return np.log(np.abs(L))
+
+
+def _sine(L: ComplexArray) -> Array:
+    return np.asarray(L.imag / np.abs(L))
 
 
 def _distance(L: ComplexArray, slope: ComplexArray, h: Array, point: float) -> Array:
