@@ -38,10 +38,11 @@ if TYPE_CHECKING:
     )
     from slewctl.compare.study.dask_cluster import dask_cluster
     from slewctl.compare.study.grid import Grid, Point, Setting, Study, count_points
-    from slewctl.compare.study.point import COLUMNS, Work, evaluate_point, run_study
+    from slewctl.compare.study.point import COLUMNS, Work, evaluate_point
     from slewctl.compare.study.recommend import Recommendation, Trial, count_trials, recommend
     from slewctl.compare.study.result import StudyResult, StudySlice
     from slewctl.compare.study.results_file import rows
+    from slewctl.compare.study.run import run_study
     from slewctl.compare.study.sweep import Piece, WorkerDiedError, sweep
     from slewctl.compare.worst_arm import VariedArm, WorstCase, worst_case
     from slewctl.loop.robust.destabilised_mode import DestabilisedMode, destabilised_mode
