@@ -51,6 +51,7 @@ def note(loop: MixedLoop | DelayedLoop, label: str, count: Counter[str], sign: i
         return
     wrong, worst, optimistic = loop_errors(loop, found)
     count["wrong"] += wrong
+    count["proved beyond the truth"] += proved_too_much(loop, found)
     count["optimistic"] += optimistic
     count["unconfirmed"] += not found.confirmed
     count["wrong and confirmed"] += wrong and found.confirmed
@@ -78,6 +79,19 @@ def loop_errors(loop: MixedLoop | DelayedLoop, found: Margins) -> tuple[bool, fl
     false.append(len(found.gain_crossings_hz) != len(loop.gain_crossings))
     worst = max(map(abs, errors))
     return worst > EXACT or any(false), worst, max(errors) > EXACT
+
+
+def proved_too_much(loop: MixedLoop | DelayedLoop, found: Margins) -> bool:
+    """Return whether a margin is said to be proved that is larger than the exact one."""
+    turn, late = loop.phase_and_delay
+    pairs = [(found.phase_deg.at_least, math.degrees(turn)), (found.delay_s.at_least, late)]
+    if isinstance(loop, MixedLoop):
+        down, up = loop.gain_limits
+        pairs += [
+            (found.gain_db.at_least, 20 * math.log10(up)),
+            (found.gain_reduction_db.at_least, -20 * math.log10(down) if down else math.inf),
+        ]
+    return any(excess(least, exact) > 4e-15 for least, exact in pairs if least is not None)
 
 
 def gain_factors(found: Margins) -> list[float]:

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import control
 import numpy as np
-from exact_rational import fraction, gain_crossings, unstable_poles
+from exact_rational import ExactLoop, fraction, gain_crossings, unstable_poles
 from flint import acb, acb_poly, arb, ctx
 from mixed_loops import random_mixed_loop
 from numpy.typing import NDArray
@@ -28,16 +28,12 @@ class DelayedLoop:
 
     plant: control.StateSpace
     controller: control.StateSpace
-    loop: control.StateSpace
+    loop: ExactLoop
     delay: float
-
-    def _scaled(self, factor: float) -> control.StateSpace:
-        L = self.loop
-        return control.StateSpace(L.A, L.B, factor * L.C, factor * L.D)
 
     def unstable(self, factor: float = 1.0) -> int:
         """Number of unstable poles with the gain multiplied."""
-        scaled = self._scaled(factor)
+        scaled = self.loop.scaled(factor)
         total = unstable_poles(scaled)
         omega = gain_crossings(scaled)
         for w, late, falls in zip(omega, *self._lags(scaled, omega), strict=True):
@@ -46,7 +42,7 @@ class DelayedLoop:
                 total += 2 * turns * (1 if falls else -1)
         return total
 
-    def _lags(self, loop: control.StateSpace, omega: Array) -> tuple[Array, Array]:
+    def _lags(self, loop: ExactLoop, omega: Array) -> tuple[Array, Array]:
         """Return the least dead time that puts a pole at jω, and whether |L| falls there."""
         before, ctx.prec = ctx.prec, 300
         try:
@@ -120,4 +116,4 @@ def random_delayed_loops(seed: int, count: int) -> Iterator[DelayedLoop]:
         delay = whole * float(
             rng.choice([rng.uniform(0.05, 0.95), rng.uniform(1, 3)], p=[0.8, 0.2])
         )
-        yield DelayedLoop(mixed.plant, minus, mixed.loop, delay)
+        yield DelayedLoop(mixed.plant, minus, mixed.exact, delay)

@@ -7,6 +7,8 @@ their positive roots are isolated without rounding (python-flint).
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import control
 import numpy as np
 from flint import fmpq, fmpq_mat, fmpq_poly
@@ -21,10 +23,56 @@ def rational(values: Array) -> fmpq_mat:
     return fmpq_mat([[fmpq(*float(v).as_integer_ratio()) for v in row] for row in rows])
 
 
-def fraction(loop: control.StateSpace) -> tuple[fmpq_poly, fmpq_poly]:
+@dataclass(frozen=True, eq=False)
+class ExactLoop:
+    """L = C (sI − A)⁻¹ B + D with exact entries; `step` is its sample time in s, or zero."""
+
+    A: fmpq_mat
+    B: fmpq_mat
+    C: fmpq_mat
+    D: fmpq_mat
+    step: float
+
+    @classmethod
+    def of(cls, loop: control.StateSpace) -> ExactLoop:
+        """Return a loop as its matrices have it."""
+        return cls(*(rational(M) for M in (loop.A, loop.B, loop.C, loop.D)), float(loop.dt or 0))
+
+    @classmethod
+    def in_series(cls, plant: control.StateSpace, controller: control.StateSpace) -> ExactLoop:
+        """Return K G, of which no product of doubles was rounded; signals in one order."""
+        G, K = cls.of(plant), cls.of(controller)
+        n, k = plant.nstates, controller.nstates
+        A = fmpq_mat(n + k, n + k)
+        for rows, columns, block in (
+            (0, 0, G.A),
+            (n, 0, K.B * G.C if k else fmpq_mat(0, n)),
+            (n, n, K.A),
+        ):
+            for i in range(block.nrows()):
+                for j in range(block.ncols()):
+                    A[rows + i, columns + j] = block[i, j]
+        B = fmpq_mat([*G.B.tolist(), *(K.B * G.D).tolist()] if k else G.B.tolist())
+        left, right = (K.D * G.C).tolist()[0], K.C.tolist()[0] if k else []
+        return cls(A, B, fmpq_mat([[*left, *right]]), K.D * G.D, G.step)
+
+    def scaled(self, factor: float) -> ExactLoop:
+        """Return the loop times a factor."""
+        exact = fmpq(*float(factor).as_integer_ratio())
+        return replace(self, C=self.C * exact, D=self.D * exact)
+
+
+Loop = control.StateSpace | ExactLoop
+
+
+def _exact(loop: Loop) -> ExactLoop:
+    return loop if isinstance(loop, ExactLoop) else ExactLoop.of(loop)
+
+
+def fraction(loop: Loop) -> tuple[fmpq_poly, fmpq_poly]:
     """Return numerator and denominator of L on the axis: in s, or in s = (z − 1)/(z + 1)."""
-    A, B, C = rational(loop.A), rational(loop.B), rational(loop.C)
-    return in_s(A, B, C, fmpq(*float(loop.D[0, 0]).as_integer_ratio()), bool(loop.dt))
+    exact = _exact(loop)
+    return in_s(exact.A, exact.B, exact.C, exact.D[0, 0], bool(exact.step))
 
 
 def in_s(
@@ -68,32 +116,31 @@ def _positive_roots(polynomial: fmpq_poly, step: float) -> Array:
     return 2 * np.arctan(v) / step if step else v
 
 
-def gain_crossings(loop: control.StateSpace) -> Array:
+def gain_crossings(loop: Loop) -> Array:
     """Return every ω > 0 in rad/s where |L| passes one."""
     (ne, no), (pe, po) = (parts(p) for p in fraction(loop))
     x = fmpq_poly([0, 1])
-    return _positive_roots(ne * ne + x * no * no - pe * pe - x * po * po, float(loop.dt or 0))
+    return _positive_roots(ne * ne + x * no * no - pe * pe - x * po * po, _exact(loop).step)
 
 
-def real_crossings(loop: control.StateSpace) -> Array:
+def real_crossings(loop: Loop) -> Array:
     """Return every ω > 0 in rad/s where Im L changes sign at a finite, nonzero L."""
     (ne, no), (pe, po) = (parts(p) for p in fraction(loop))
-    return _positive_roots(no * pe - ne * po, float(loop.dt or 0))
+    return _positive_roots(no * pe - ne * po, _exact(loop).step)
 
 
-def unstable_poles(loop: control.StateSpace) -> int:
+def unstable_poles(loop: Loop) -> int:
     """Number of closed-loop poles, hidden ones included, that are not stable: exactly."""
-    A, B, C = rational(loop.A), rational(loop.B), rational(loop.C)
-    room = 1 + fmpq(*float(loop.D[0, 0]).as_integer_ratio())
-    closed = (A - B * C * (1 / room)).charpoly()
-    if loop.dt:
-        closed = _bilinear(closed, loop.nstates)
+    exact = _exact(loop)
+    closed = (exact.A - exact.B * exact.C * (1 / (1 + exact.D[0, 0]))).charpoly()
+    if exact.step:
+        closed = _bilinear(closed, exact.A.nrows())
     return sum(
         multiplicity * sum(not root.real < 0 for root, _ in factor.complex_roots())
         for factor, multiplicity in closed.numer().factor_squarefree()[1]
     )
 
 
-def stable(loop: control.StateSpace) -> bool:
+def stable(loop: Loop) -> bool:
     """Whether every closed-loop pole, hidden ones included, is stable: exactly."""
     return not unstable_poles(loop)

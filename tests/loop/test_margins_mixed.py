@@ -11,8 +11,7 @@ from slewctl import Arm, Beam, Hub, state_space, truth
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
 
-# Beside lags 1e6 times as fast as a mode, ε‖A‖ against its half-width.
-EXACT = 1e-5
+EXACT = 1e-9
 
 
 def check(loop: MixedLoop, label: str) -> bool:
