@@ -82,16 +82,25 @@ def test_polished_roots(roots: list[float]) -> None:
 
     for value in known:
         function.known = np.array([value])  # type: ignore[attr-defined]
-        found = polished(lambda v, _: function(v), np.array([value - 1.0]), np.array([value + 2.0]))
+        ends = np.array([value - 1.0]), np.array([value + 2.0])
+        found, off = polished(lambda v, _: function(v), *ends)
         assert found[0] == pytest.approx(value, abs=1e-14, rel=1e-14)
+        assert off[0] <= 1e-14 * max(1.0, abs(value))
 
 
 def test_many_enclosures_together() -> None:
     left = np.arange(1, 40) * np.pi - 1.0
-    found = polished(_sine, left, left + 2.1)
+    found, off = polished(_sine, left, left + 2.1)
     np.testing.assert_allclose(found, np.arange(1, 40) * np.pi, rtol=1e-15)
+    # The sign changes as near as that, as it is evaluated.
+    inside = off > 0
+    ends = np.sign(np.sin(found - off)), np.sign(np.sin(found + off))
+    assert inside.any()
+    assert (ends[0] != ends[1])[inside].all()
 
 
 def test_an_end_that_is_the_root_stays() -> None:
-    assert polished(_sine, np.array([np.pi]), np.array([4.0]))[0] == pytest.approx(np.pi)
-    assert len(polished(_sine, np.zeros(0), np.zeros(0))) == 0
+    found, off = polished(_sine, np.array([np.pi]), np.array([4.0]))
+    assert found == pytest.approx(np.pi)
+    assert off <= 1e-14
+    assert len(polished(_sine, np.zeros(0), np.zeros(0))[0]) == 0

@@ -33,6 +33,8 @@ from slewctl.numerics.linear_system import LinearSystem
 _PROVED = 1e-6
 # What is known to this needs no long numbers.
 _NARROW = 1e-9
+# Of a few operations at the end, relative.
+_ULPS = 8 * float(np.finfo(float).eps)
 # Boxes that were left undecided are looked at in so many parts.
 _PARTS = 16
 # An infinite gain margin is in doubt where less than this is proved, in dB.
@@ -170,14 +172,14 @@ def margins_of(
     turns, omega, (least_turn, least_delay) = _turns(found)
     first = found.start.end if found.start else 0.0
     above = not len(turns) and abs(loop.on_axis(np.array([first]))[0]) > 1
-    phase = report.phase(turns, omega, bool(above), math.degrees(least_turn))
+    phase = report.phase(turns, omega, bool(above), _below(math.degrees(least_turn)))
     delay = report.delay(turns, omega, least_delay)
     if search.of_size_one:
         phase, delay = report.all_pass()
     crossings = {
-        "gain_db": report.gain(limits, "rise", 20 * math.log10(rise)),
+        "gain_db": report.gain(limits, "rise", _below(20 * math.log10(rise))),
         "gain_reduction_db": report.gain(
-            limits, "fall", -20 * math.log10(fall) if fall else math.inf
+            limits, "fall", _below(-20 * math.log10(fall)) if fall else math.inf
         ),
         "phase_deg": phase,
         "delay_s": delay,
@@ -204,6 +206,11 @@ def margins_of(
         search.intervals,
         report.all_crossings(limits, turns, omega),
     )
+
+
+def _below(value: float) -> float:
+    """Return a little less: what rounding may have made of a change of units."""
+    return max(value * (1 - _ULPS), 0.0)
 
 
 def _narrow(crossing: Crossing) -> bool:
@@ -280,7 +287,8 @@ def _gain_limits(found: Certificate) -> tuple[list[tuple[float, float]], tuple[f
 
 def _factors(value: float, size: float) -> tuple[float, float]:
     """Return between which factors the limit lies where |L| is a value within ± size."""
-    return 1 / (value + size), 1 / (value - size) if value > size else math.inf
+    most = 1 / (value - size) * (1 + _ULPS) if value > size else math.inf
+    return 1 / (value + size) * (1 - _ULPS), most
 
 
 def _narrowed(rise: float, fall: float, low: float, high: float) -> tuple[float, float]:
@@ -320,7 +328,7 @@ def _turns(found: Certificate) -> tuple[Array, Array, tuple[float, float]]:
     ends = [*(omega * (1 + 4e-16)), *loop.omega(touched + room)]
     for value, size, last in zip([*values, *more], [*sizes, *more_sizes], ends, strict=True):
         turn = -float(np.angle(-value))
-        off = math.asin(min(size / abs(value), 1.0)) if value else math.pi
+        off = math.asin(min(size / abs(value), 1.0)) + _ULPS if value else math.pi
         least_turn = min(least_turn, max(abs(turn) - off, 0.0))
         lag = (-turn) % (2 * math.pi)
         safe = lag - off if off <= lag <= 2 * math.pi - off else 0.0

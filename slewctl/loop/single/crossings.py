@@ -100,7 +100,7 @@ def crossings(loop: BrokenLoop, samples: Samples, function: Function) -> Crossin
     points, values = _turned(at, points, values)
     change = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))
     return Crossings(
-        polished(lambda v, _: at(v), points[change], points[change + 1]),
+        polished(lambda v, _: at(v), points[change], points[change + 1])[0],
         np.sign(values[change + 1]),
     )
 

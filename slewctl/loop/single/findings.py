@@ -30,6 +30,11 @@ class Points:
         none = np.zeros(0)
         return np.concatenate([none, *self.left]), np.concatenate([none, *self.right])
 
+    def replace(self, roots: Array, off: Array) -> None:
+        """Take roots in the place of the two frequencies of each, by how much they may be off."""
+        width = np.concatenate([np.zeros(0), *self.width])
+        self.left, self.right, self.width = [roots], [roots], [width + off]
+
     @property
     def arrays(self) -> tuple[Array, Array]:
         """v and width, by increasing v."""
@@ -69,9 +74,9 @@ def polish(
         L = loop(v)
         return np.where(which < count, of_one(L), of_other(L))
 
-    roots = polished(value, np.concatenate([a, c]), np.concatenate([b, d]))
-    one.left = one.right = [roots[:count]]
-    other.left = other.right = [roots[count:]]
+    roots, off = polished(value, np.concatenate([a, c]), np.concatenate([b, d]))
+    one.replace(roots[:count], off[:count])
+    other.replace(roots[count:], off[count:])
 
 
 def sort_out(

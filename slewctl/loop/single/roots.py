@@ -12,8 +12,10 @@ from slewctl._types import Array, IntArray
 _STEPS = 200
 
 
-def polished(function: Callable[[Array, IntArray], Array], left: Array, right: Array) -> Array:
-    """Return the root of `function` in each enclosure, to the last digits.
+def polished(
+    function: Callable[[Array, IntArray], Array], left: Array, right: Array
+) -> tuple[Array, Array]:
+    """Return the root of `function` in each enclosure to the last digits, and how far it may be.
 
     Chandrupatla's method (Advances in Engineering Software 28, 1997): inverse quadratic
     interpolation where it is safe, else bisection.  All enclosures go together, since one
@@ -26,16 +28,22 @@ def polished(function: Callable[[Array, IntArray], Array], left: Array, right: A
     left, right : ndarray
         Ends of the enclosures, where the function differs in sign.  An end of which the
         sign does not survive a second evaluation is the root itself.
+
+    Returns
+    -------
+    root, off : ndarray
+        The function, as it is evaluated, changes sign no farther than `off` from the root: few
+        doubles are roots, and beside a lightly damped pole the next one is far away.
     """
     left, right = np.array(left, dtype=float), np.array(right, dtype=float)
     if not len(left):
-        return left
+        return left, right
     every = np.arange(len(left))
     a, b = right.copy(), left.copy()
     fa, fb = function(a, every), function(b, every)
     root = np.where(np.abs(fb) < np.abs(fa), left, right)
     c, fc = a.copy(), fa.copy()
-    t = np.full(len(a), 0.5)
+    t, off = np.full(len(a), 0.5), np.zeros(len(a))
     open_ = np.flatnonzero(np.sign(fa) * np.sign(fb) < 0)
     for _ in range(_STEPS):
         if not len(open_):
@@ -49,6 +57,7 @@ def polished(function: Callable[[Array, IntArray], Array], left: Array, right: A
         a[k], fa[k] = x, fx
         root[k] = np.where(np.abs(fa[k]) < np.abs(fb[k]), a[k], b[k])
         width = np.abs(b[k] - a[k])
+        off[k] = np.where(fx == 0, 0.0, width)
         tolerance = 2 * np.finfo(float).eps * np.abs(root[k])
         done = (width <= 2 * tolerance) | (fx == 0)
         t[k] = np.clip(
@@ -57,7 +66,7 @@ def polished(function: Callable[[Array, IntArray], Array], left: Array, right: A
             1 - np.minimum(tolerance / np.maximum(width, 1e-300), 0.5),
         )
         open_ = k[~done]
-    return root
+    return root, off
 
 
 def _step(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: Array) -> Array:
