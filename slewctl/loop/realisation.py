@@ -97,13 +97,7 @@ class Realisation:
         """
         p, m = self.D.shape
         # At the junctions: y = C x + D u + v and u = C_K x_K + D_K y, u with w added at the plant.
-        junction = np.block([[np.eye(p), -self.D], [-K.D, np.eye(m)]])
-        if np.linalg.cond(junction) > 1e12:
-            raise InputError(
-                "the loop is not well posed: 1 minus the product of both feedthroughs is singular",
-                where="loop",
-                remedy="remove a feedthrough, or change its size",
-            )
+        junction = check_well_posed(self.D, K.D)
         outputs = np.linalg.solve(junction, diagonal(self.C, K.C))  # [y; u] from the states
         passed = np.linalg.solve(
             junction, np.block([[np.eye(p), self.D], [np.zeros((m, p)), np.zeros((m, m))]])
@@ -118,6 +112,25 @@ class Realisation:
             outputs,
             passed,
         )
+
+
+def check_well_posed(D: Array, K: Array) -> Array:
+    """Return [I −D; −K I] of the feedthroughs of a plant and its controller, u = K y.
+
+    Raises
+    ------
+    InputError
+        If it is singular.
+    """
+    p, m = D.shape
+    junction = np.block([[np.eye(p), -D], [-K, np.eye(m)]])
+    if np.linalg.cond(junction) > 1e12:
+        raise InputError(
+            "the loop is not well posed: 1 minus the product of both feedthroughs is singular",
+            where="loop",
+            remedy="remove a feedthrough, or change its size",
+        )
+    return junction
 
 
 def realisation(system: object, where: str) -> Realisation:

@@ -1,0 +1,382 @@
+"""The largest or smallest angle between two lines over the whole axis, by intervals.
+
+An interval is done when it proves that the angle is nowhere on it beyond the best value seen,
+but for a tolerance, and how often the inner product turns about zero; else it is cut in parts.
+Rounding of the lines is a distance by the triangle inequality, and added at the end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slewctl._types import Array, BoolArray, IntArray
+from slewctl.loop.robust.graph_line import Direction, GraphLine
+from slewctl.loop.robust.line_pair import Angle, Lines
+
+# What is proved of the angle's sine is this near to what was seen; with rounding, 1e-9.
+TOLERANCE, KNOWN = 5e-10, 1e-9
+# Ends of the axis are left where the lines stand still but for this.
+_STILL = 1e-10
+_TIMES, _LEVELS, _MOST, _REFINED = 60, 60, 200_000, 4
+# Hills that are climbed, in so many steps of so many points.
+_HILLS, _POLISHED, _FINE = 3, 5, 17
+# Into how many parts intervals are cut while there are no more than so many.
+_PARTS = ((48, 8), (160, 4))
+# Marks about a pole: so much farther than the one before, from so many times its width.
+_GRADED, _GRADES, _WIDE = 8.0, 20, 30.0
+# Lines that come so near to a right angle touch: how often the product turns has no meaning.
+TOUCHING = 1 - 1e-9
+_ROUNDING = 1e-14  # of products, where lines are known
+
+
+class UndecidedAngleError(Exception):
+    """Something could not be proved: why, in words."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A part of the axis on which both lines stand still."""
+
+    start: float
+    end: float
+    at: float
+    one: Direction
+    two: Direction
+
+    @property
+    def away(self) -> float:
+        return self.one.away + self.two.away
+
+
+@dataclass(frozen=True)
+class Found:
+    """The extreme sine of the angle, and what is proved.
+
+    Attributes
+    ----------
+    value, v : float
+        Where it was seen, on the plane of s.
+    lower, upper : float
+    turn : float or None
+        Change of the argument of the inner product of (1, A) and (1, B) from zero to
+        infinity, on a contour right of poles on the axis; None where it is undecided.
+    intervals : int
+    """
+
+    value: float
+    v: float
+    lower: float
+    upper: float
+    turn: float | None
+    intervals: int
+
+    def hertz(self, sample_time: float) -> float | None:
+        """Return the frequency in Hz; None where it is infinite."""
+        omega = 2 * np.arctan(self.v) / sample_time if sample_time else self.v
+        return float(omega / (2 * np.pi)) if np.isfinite(omega) else None
+
+
+def extreme(lines: Lines) -> Found:
+    """Return the extreme angle of two lines.
+
+    Raises
+    ------
+    UndecidedAngleError
+        If a pole on the axis is hidden, or several are at one place of it.
+    """
+    return _Search(lines).found
+
+
+class _Search:
+    def __init__(self, lines: Lines) -> None:
+        self.lines, self.sign = lines, 1.0 if lines.larger else -1.0
+        self.pair: tuple[GraphLine, GraphLine] = (lines.first, lines.second)
+        self.best, self.v = -np.inf, 0.0  # of sign·sine
+        self.beyond = -np.inf  # what undecided intervals leave open
+        self.turn: float | None = 0.0
+        self.intervals = 0
+        self.slow, self.fast = self._sizes()
+        self.low = self.slow / 2 if any(line.order for line in self.pair) else 0.0
+        self.places = self._places()
+        for place in self.places:
+            self._still(place)
+        self.done: list[Array] = []
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            self._run(self.places)
+            self.found = self._told()
+
+    def _told(self) -> Found:
+        proved = max(
+            self.beyond, self._proved(),
+            *(self.sign * self._sine(place) + place.away for place in self.places),
+        )  # fmt: skip
+        best = self.best
+        lower, upper = sorted((self.sign * (best - self._seen()), self.sign * proved))
+        return Found(
+            min(self.sign * best, 1.0), self.v, max(lower, 0.0), min(upper, 1.0), self.turn,
+            self.intervals,
+        )  # fmt: skip
+
+    def _sine(self, place: Place) -> float:
+        return self.lines.sine(place.one, place.two)
+
+    def _still(self, place: Place) -> None:
+        """Take account of a part on which the lines stand still."""
+        sine = self._sine(place)
+        if self.sign * sine > self.best:
+            self.best, self.v = self.sign * sine, place.at
+        inner = abs(self.lines.product(place.one.vector, place.two.vector))
+        inner /= np.linalg.norm(place.one.vector) * np.linalg.norm(place.two.vector)
+        if self.turn is None or not inner > 3 * place.away:
+            self.turn = None
+            return
+        if place.start == 0 or place.end == np.inf:
+            # From the end of the axis, where all is real, to the first or last mark.
+            at = place.end if place.start == 0 else place.start
+            there = complex(self.lines.on_axis(np.array([at]))[0][0])
+            origin = place.start == 0
+            k = [line.order if origin else 0 for line in self.pair]
+            there *= 1j ** (k[0] + (-k[1] if self.lines.larger else k[1]))
+            real = self.lines.product(place.one.vector, place.two.vector).real
+            change = float(np.angle(there * np.sign(real)))
+            self.turn += change if origin else -change
+            return
+        angle = float(np.angle(np.divide(*self.lines.on_axis(np.array([place.end, place.start]))[0])))
+        a, b = np.array([place.start]), np.array([place.end])
+        moved = 0.0
+        for line, sign in zip(self.pair, (1.0, -1.0 if self.lines.larger else 1.0), strict=True):
+            inside = np.flatnonzero(np.abs(line.sigma - 1j * place.at) < (b - a)[0])
+            if len(inside):
+                moved += sign * float(line.turn(a, b, inside[:1], False)[0])
+        self.turn += _wrapped(angle + moved) - moved
+
+    def _sizes(self) -> tuple[float, float]:
+        poles = np.concatenate([line.factor.poles for line in self.pair])
+        sizes = np.abs(poles[poles != 0])
+        return (float(sizes.min()), float(sizes.max())) if len(sizes) else (1.0, 1.0)
+
+    def _places(self) -> list[Place]:
+        """Return both ends of the axis, and what is about poles on it."""
+        first, last = 1e-11 * self.slow, 1e11 * self.fast
+        start = self._smallest(lambda r: Place(0.0, r, 0.0, *(x.origin(r) for x in self.pair)),
+                               first, 0.1)  # fmt: skip
+        end = self._smallest(lambda r: Place(r, np.inf, np.inf, *(x.tail(r) for x in self.pair)),
+                             last, 10.0)  # fmt: skip
+        places = [start, end]
+        for line in self.pair:
+            for k in line.on_axis().tolist():
+                v = float(line.sigma[k].imag)
+                if not any(place.start < v < place.end for place in places):
+                    places.append(self._passing(v))
+        return sorted(places, key=lambda place: place.start)
+
+    def _passing(self, v: float) -> Place:
+        return self._smallest(
+            lambda r: Place(v - r, v + r, v, *(x.around(v, r) for x in self.pair)), 1e-3 * v, 0.1
+        )
+
+    def _smallest(self, make: object, radius: float, times: float) -> Place:
+        """Return the place that is left open as soon as the lines stand still on it."""
+        best: Place | None = None
+        for _ in range(_TIMES):
+            with np.errstate(all="ignore"):
+                place = make(radius)
+            if best is None or place.away < best.away:
+                best = place
+            elif place.away > 0.5 * best.away and best.away < 0.1:
+                break
+            if best.away <= _STILL:
+                break
+            radius *= times
+        if best is None or not best.away < 0.1:
+            raise UndecidedAngleError("a pole on the axis is hidden, or several are at one place")
+        return best
+
+    def _about(self, tops: Array) -> Array:
+        """Return marks about some points, nearer to each other the nearer they are to one."""
+        poles = np.concatenate([[0.0], *(line.factor.poles for line in self.pair)])
+        near = np.abs(poles - 1j * tops[:, None]).min(axis=1)
+        step = np.outer(near, 2.0 ** np.arange(0, -24, -1))
+        return np.concatenate([(tops[:, None] - step).ravel(), tops, (tops[:, None] + step).ravel()])
+
+    def _marks(self, places: list[Place], about: Array) -> tuple[Array, Array]:
+        """Return first intervals: between the places, cut at all poles, and at some points."""
+        low, high = places[0].end, places[-1].start
+        decades = np.geomspace(low, high, 2 + int(1.5 * np.log10(high / low)))
+        marks = [decades, np.array([self.low]), about]
+        for line in self.pair:
+            poles = line.factor.poles
+            marks.append(np.abs(poles))
+            poles = poles[(poles.imag > 0) & (_WIDE * np.abs(poles.real) < 0.2 * poles.imag)]
+            step = np.maximum(_WIDE * np.abs(poles.real), 1e-12 * poles.imag)
+            for _ in range(_GRADES):
+                inside = step < 0.2 * poles.imag
+                marks += [(poles.imag + sign * step)[inside] for sign in (-1, 1)]
+                step = step * _GRADED
+        for place in places[1:-1]:
+            marks.append(np.array([place.start, place.end]))
+        points = np.concatenate(marks)
+        points = np.unique(points[(points >= low) & (points <= high)])
+        for place in places[1:-1]:
+            points = points[(points <= place.start) | (points >= place.end)]
+        apart = np.concatenate([[True], np.diff(points) > 1e-13 * points[1:]])
+        points = points[apart]
+        halves = np.sqrt(points[1:] * points[:-1])
+        inside = np.zeros(len(halves), dtype=bool)
+        for place in places[1:-1]:
+            inside |= (halves > place.start) & (halves < place.end)
+        a, b = points[:-1][~inside], points[1:][~inside]
+        halves = halves[~inside]
+        return np.concatenate([a, halves]), np.concatenate([halves, b])
+
+    def _run(self, places: list[Place]) -> None:
+        a, b = self._marks(places, np.zeros(0))
+        tops = self._see(np.unique(np.concatenate([a, 0.5 * (a + b), b])))
+        a, b = self._marks(places, self._about(tops))
+        asked = np.ones((2, len(a)), dtype=bool)
+        for _ in range(_LEVELS):
+            if not len(a):
+                return
+            self.intervals += len(a)
+            if self.best * self.sign >= TOUCHING and self.lines.larger:
+                self.turn = None
+                asked[1] = False
+            left = np.zeros_like(asked)
+            for low in (True, False):
+                here = (b <= self.low) == low
+                if here.any():
+                    left[:, here] = self._answer(a[here], b[here], asked[:, here], low)
+            keep = left.any(axis=0)
+            a, b, asked = a[keep], b[keep], left[:, keep]
+            if self.intervals > _MOST:
+                self._give_up(asked)
+                return
+            parts = next((count for most, count in _PARTS if len(a) <= most), 2)
+            a, b = _cut(a, b, parts)
+            asked = np.tile(asked, parts)
+        self._give_up(asked)
+
+    def _give_up(self, left: BoolArray) -> None:
+        if left[0].any():
+            self.beyond = 1.0 if self.sign > 0 else 0.0
+        if left[1].any():
+            self.turn = None
+
+    def _answer(self, a: Array, b: Array, asked: BoolArray, low: bool) -> BoolArray:
+        """Return which questions stay open on which intervals: of the sine, and of the turns."""
+        c, h = _middle(a, b)
+        angle = self.lines.enclosed(c, h, low)
+        sines = self.sign * angle.sine
+        k = int(np.nanargmax(sines))
+        if sines[k] > self.best:
+            self.best, self.v = float(sines[k]), float(c[k])
+        left = asked & ~np.array([self._within(angle), angle.sure])
+        counted = asked[1] & angle.sure
+        if counted.any() and self.turn is not None:
+            taken = angle.taken[0][counted], angle.taken[1][counted]
+            self.turn += self._turned(a[counted], b[counted], taken, low)
+        small = h <= 16 * np.finfo(float).eps * c
+        self._give_up(left & small)
+        left &= ~small
+        self._keep(a, b, angle, ~left.any(axis=0))
+        return left
+
+    def _keep(self, a: Array, b: Array, angle: Angle, here: BoolArray) -> None:
+        """Remember what an interval proves: the sine, and how long both vectors are at least."""
+        sine = self.sign * angle.bounds[1 if self.lines.larger else 0]
+        self.done.append(np.array([a, b, sine, *angle.lengths])[:, here])
+
+    def _within(self, angle: Angle) -> BoolArray:
+        """Whether the angle is nowhere beyond the best one, but for the tolerance."""
+        limit = self.best + TOLERANCE
+        t = max(self.sign * limit, 0.0) ** 2
+        PQ, N, h = angle.PQ, angle.N, angle.N.h
+        value, slope = self.sign * (t * PQ.value - N.value), t * PQ.slope - N.slope
+        curve = t * PQ.curve + N.curve
+        room = value - np.abs(slope) * h - 0.5 * h * h * curve
+        sine = self.sign * angle.bounds[1 if self.lines.larger else 0]
+        return np.asarray((room >= 1e-15 * t * PQ.value) | (sine <= limit))
+
+    def _turned(
+        self, a: Array, b: Array, taken: tuple[IntArray, IntArray], low: bool
+    ) -> float:
+        points, place = np.unique(np.concatenate([a, b]), return_inverse=True)
+        ends = self.lines.on_axis(points)[0][place]
+        moved = self.lines.turn(a, b, taken, low)
+        change = np.angle(ends[len(a) :] / ends[: len(a)])
+        return float((_wrapped(change + moved) - moved).sum())
+
+    def _see(self, v: Array) -> Array:
+        """Look at points of the axis, climb the highest hills, and return their tops."""
+        sines = self.sign * self.lines.on_axis(v)[1]
+        inner = np.nan_to_num(sines, nan=-np.inf)
+        higher = (inner >= np.append(-np.inf, inner[:-1])) & (inner >= np.append(inner[1:], -np.inf))
+        hills = np.flatnonzero(higher)
+        hills = hills[np.argsort(-inner[hills])][:_HILLS]
+        left, right = v[np.maximum(hills - 1, 0)], v[np.minimum(hills + 1, len(v) - 1)]
+        for _ in range(_POLISHED):
+            fine = np.linspace(left, right, _FINE)  # (points, hills)
+            sines = self.sign * self.lines.on_axis(fine.ravel())[1].reshape(fine.shape)
+            k = np.nan_to_num(sines, nan=-np.inf).argmax(axis=0)
+            hill = np.arange(len(hills))
+            tops, heights = fine[k, hill], sines[k, hill]
+            left, right = fine[np.maximum(k - 1, 0), hill], fine[np.minimum(k + 1, _FINE - 1), hill]
+            best = int(heights.argmax())
+            if heights[best] > self.best:
+                self.best, self.v = float(heights[best]), float(tops[best])
+        return tops
+
+    def _proved(self) -> float:
+        """Return the sine that is proved with all errors of both lines."""
+        found = np.concatenate(self.done, axis=1)
+        limit = self.best + TOLERANCE
+        for _ in range(_REFINED):
+            a, b, sine, *lengths = found
+            proved = np.minimum(sine, limit) + self._inexact(*_middle(a, b), np.array(lengths))
+            beyond = proved > limit + _STILL
+            if not beyond.any():
+                break
+            # Of a long interval the error is that at its nearest to any pole: cut it.
+            a, b = _cut(a[beyond], b[beyond], 8)
+            self.done, low = [], b <= self.low
+            for part in (True, False):
+                if (low == part).any():
+                    here = low == part
+                    angle = self.lines.enclosed(*_middle(a[here], b[here]), part)
+                    self._keep(a[here], b[here], angle, np.ones(int(here.sum()), dtype=bool))
+            found = np.concatenate([found[:, ~beyond], *self.done], axis=1)
+        return float(np.nan_to_num(proved, nan=1.0).max())
+
+    def _inexact(self, c: Array, h: Array, lengths: Array) -> Array:
+        """Return the chordal distances that errors of both lines make on intervals."""
+        total = np.full(len(c), _ROUNDING)
+        for line, g in zip(self.pair, np.maximum(lengths, 1.0), strict=True):
+            e = line.inexact(c, h)
+            total += e / (g * np.maximum(g - e, 1.0)) * (1 + 1e-6)
+        return np.nan_to_num(total, nan=np.inf)
+
+    def _seen(self) -> float:
+        """Return how far from the truth the best value may be."""
+        for place in self.places:
+            if place.start <= self.v <= place.end:
+                return place.away
+        v = np.array([self.v])
+        lengths = [np.linalg.norm(line.values(v), axis=1) for line in self.pair]
+        return float(self._inexact(v, 0 * v, np.array(lengths))[0])
+
+
+def _middle(a: Array, b: Array) -> tuple[Array, Array]:
+    c = 0.5 * (a + b)
+    return c, np.maximum(b - c, c - a) * (1 + 1e-15)
+
+
+def _cut(a: Array, b: Array, parts: int) -> tuple[Array, Array]:
+    points = a + np.arange(parts + 1)[:, None] / parts * (b - a)
+    points[-1] = b
+    return points[:-1].ravel(), points[1:].ravel()
+
+
+def _wrapped(angle: Array | float) -> Array:
+    return np.asarray((np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi)
