@@ -31,6 +31,9 @@ TOUCHING = 1 - 1e-9
 _ROUNDING = 1e-14  # of products, where lines are known
 
 
+_HIDDEN = "a pole on the axis is hidden, or several are at one place of it"
+
+
 class UndecidedAngleError(Exception):
     """Something could not be proved: why, in words."""
 
@@ -115,8 +118,8 @@ class _Search:
         best = self.best
         lower, upper = sorted((self.sign * (best - self._seen()), self.sign * proved))
         return Found(
-            min(self.sign * best, 1.0), self.v, max(lower, 0.0), min(upper, 1.0), self.turn,
-            self.intervals,
+            min(self.sign * best, 1.0), self.v, max(float(lower), 0.0), min(float(upper), 1.0),
+            self.turn, self.intervals,
         )  # fmt: skip
 
     def _sine(self, place: Place) -> float:
@@ -132,25 +135,14 @@ class _Search:
         if self.turn is None or not inner > 3 * place.away:
             self.turn = None
             return
-        if place.start == 0 or place.end == np.inf:
-            # From the end of the axis, where all is real, to the first or last mark.
-            at = place.end if place.start == 0 else place.start
-            there = complex(self.lines.on_axis(np.array([at]))[0][0])
-            origin = place.start == 0
-            k = [line.order if origin else 0 for line in self.pair]
-            there *= 1j ** (k[0] + (-k[1] if self.lines.larger else k[1]))
-            real = self.lines.product(place.one.vector, place.two.vector).real
-            change = float(np.angle(there * np.sign(real)))
-            self.turn += change if origin else -change
-            return
-        angle = float(np.angle(np.divide(*self.lines.on_axis(np.array([place.end, place.start]))[0])))
-        a, b = np.array([place.start]), np.array([place.end])
-        moved = 0.0
-        for line, sign in zip(self.pair, (1.0, -1.0 if self.lines.larger else 1.0), strict=True):
-            inside = np.flatnonzero(np.abs(line.sigma - 1j * place.at) < (b - a)[0])
-            if len(inside):
-                moved += sign * float(line.turn(a, b, inside[:1], False)[0])
-        self.turn += _wrapped(angle + moved) - moved
+        # From the end of the axis, where all is real, to the first or last mark.
+        origin = place.start == 0
+        there = complex(self.lines.on_axis(np.array([place.end if origin else place.start]))[0][0])
+        k = [line.order if origin else 0 for line in self.pair]
+        there *= 1j ** (k[0] + (-k[1] if self.lines.larger else k[1]))
+        real = self.lines.product(place.one.vector, place.two.vector).real
+        change = float(np.angle(there * np.sign(real)))
+        self.turn += change if origin else -change
 
     def _sizes(self) -> tuple[float, float]:
         poles = np.concatenate([line.factor.poles for line in self.pair])
@@ -158,24 +150,15 @@ class _Search:
         return (float(sizes.min()), float(sizes.max())) if len(sizes) else (1.0, 1.0)
 
     def _places(self) -> list[Place]:
-        """Return both ends of the axis, and what is about poles on it."""
+        """Return both ends of the axis."""
         first, last = 1e-11 * self.slow, 1e11 * self.fast
         start = self._smallest(lambda r: Place(0.0, r, 0.0, *(x.origin(r) for x in self.pair)),
                                first, 0.1)  # fmt: skip
         end = self._smallest(lambda r: Place(r, np.inf, np.inf, *(x.tail(r) for x in self.pair)),
                              last, 10.0)  # fmt: skip
-        places = [start, end]
-        for line in self.pair:
-            for k in line.on_axis().tolist():
-                v = float(line.sigma[k].imag)
-                if not any(place.start < v < place.end for place in places):
-                    places.append(self._passing(v))
-        return sorted(places, key=lambda place: place.start)
-
-    def _passing(self, v: float) -> Place:
-        return self._smallest(
-            lambda r: Place(v - r, v + r, v, *(x.around(v, r) for x in self.pair)), 1e-3 * v, 0.1
-        )
+        if any(passed.away > 0.1 for line in self.pair for passed in line.passed):
+            raise UndecidedAngleError(_HIDDEN)
+        return [start, end]
 
     def _smallest(self, make: object, radius: float, times: float) -> Place:
         """Return the place that is left open as soon as the lines stand still on it."""
@@ -183,15 +166,15 @@ class _Search:
         for _ in range(_TIMES):
             with np.errstate(all="ignore"):
                 place = make(radius)
+            if best and best.away < 0.1 and place.away > 0.5 * best.away:
+                break  # rounding is all there is
             if best is None or place.away < best.away:
                 best = place
-            elif place.away > 0.5 * best.away and best.away < 0.1:
-                break
             if best.away <= _STILL:
                 break
             radius *= times
         if best is None or not best.away < 0.1:
-            raise UndecidedAngleError("a pole on the axis is hidden, or several are at one place")
+            raise UndecidedAngleError(_HIDDEN)
         return best
 
     def _about(self, tops: Array) -> Array:
@@ -208,28 +191,25 @@ class _Search:
         marks = [decades, np.array([self.low]), about]
         for line in self.pair:
             poles = line.factor.poles
-            marks.append(np.abs(poles))
+            marks.append(np.abs(poles[np.abs(poles.real) > 1e-9 * np.abs(poles)]))
             poles = poles[(poles.imag > 0) & (_WIDE * np.abs(poles.real) < 0.2 * poles.imag)]
-            step = np.maximum(_WIDE * np.abs(poles.real), 1e-12 * poles.imag)
+            step = np.maximum(_WIDE * np.abs(poles.real), 1e-9 * poles.imag)
             for _ in range(_GRADES):
                 inside = step < 0.2 * poles.imag
                 marks += [(poles.imag + sign * step)[inside] for sign in (-1, 1)]
                 step = step * _GRADED
-        for place in places[1:-1]:
-            marks.append(np.array([place.start, place.end]))
+            for passed in line.passed:
+                marks.append(np.array([passed.v - passed.radius, passed.v + passed.radius]))
         points = np.concatenate(marks)
         points = np.unique(points[(points >= low) & (points <= high)])
-        for place in places[1:-1]:
-            points = points[(points <= place.start) | (points >= place.end)]
-        apart = np.concatenate([[True], np.diff(points) > 1e-13 * points[1:]])
+        apart = np.concatenate([[True], np.diff(points) > 1e-12 * points[1:]])
         points = points[apart]
-        halves = np.sqrt(points[1:] * points[:-1])
-        inside = np.zeros(len(halves), dtype=bool)
-        for place in places[1:-1]:
-            inside |= (halves > place.start) & (halves < place.end)
-        a, b = points[:-1][~inside], points[1:][~inside]
-        halves = halves[~inside]
-        return np.concatenate([a, halves]), np.concatenate([halves, b])
+        # Not in the middle: parts of an interval about a pole would end at it.
+        points = np.union1d(points, points[:-1] ** 0.4 * points[1:] ** 0.6)
+        for line in self.pair:
+            for passed in line.passed:
+                points = points[np.abs(points - passed.v) > 1e-10 * passed.v]
+        return points[:-1], points[1:]
 
     def _run(self, places: list[Place]) -> None:
         a, b = self._marks(places, np.zeros(0))
@@ -352,10 +332,9 @@ class _Search:
     def _inexact(self, c: Array, h: Array, lengths: Array) -> Array:
         """Return the chordal distances that errors of both lines make on intervals."""
         total = np.full(len(c), _ROUNDING)
-        for line, g in zip(self.pair, np.maximum(lengths, 1.0), strict=True):
-            e = line.inexact(c, h)
-            total += e / (g * np.maximum(g - e, 1.0)) * (1 + 1e-6)
-        return np.nan_to_num(total, nan=np.inf)
+        for line, own in zip(self.pair, np.maximum(lengths, 1.0), strict=True):
+            total += line.inexact(c, h, own)
+        return total
 
     def _seen(self) -> float:
         """Return how far from the truth the best value may be."""

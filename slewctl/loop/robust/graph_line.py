@@ -8,16 +8,22 @@ place.  What rounding takes from A is a chordal distance between lines, and adde
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray, IntArray
 from slewctl.loop.robust.span import Span, polynomial, power
 from slewctl.loop.single.factor import Factor
+from slewctl.numerics.modal_bounds import ROUNDING
 from slewctl.numerics.modal_form import Block, ModalForm
 
 # Curvatures are summed upward.
 _UP = 2 + 1e-9
+# A distance for a point that is a pole.
+_THERE = 1e-150
+# Poles as lightly damped as this are passed as if they were on the axis.
+_UNDAMPED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +92,8 @@ class GraphLine:
 
     def near(self, c: Array, h: Array) -> Near:
         """Return the distances of the simple poles from intervals."""
-        u = 1 / (1j * c[:, None] - self.sigma)
+        away = 1j * c[:, None] - self.sigma
+        u = 1 / np.where(away == 0, _THERE, away)
         aside = np.maximum(np.abs(c[:, None] - self.sigma.imag) - h[:, None], 0.0)
         with np.errstate(divide="ignore"):
             return Near(u, 1 / np.sqrt(self.sigma.real**2 + aside * aside))
@@ -144,19 +151,31 @@ class GraphLine:
         """Return (1, A) at points of the axis, shape (m, p + 1)."""
         return _beside(1.0, self.factor.values(np.asarray(1j * v, dtype=complex)) * self.scale)
 
-    def inexact(self, c: Array, h: Array) -> Array:
-        """Return bounds of the error of A on intervals, shape (m,): twice that of one sum."""
+    def inexact(self, c: Array, h: Array, lengths: Array) -> Array:
+        """Return bounds of the chordal distance that errors of A make on intervals, shape (m,).
+
+        Parameters
+        ----------
+        c, h : ndarray, shape (m,)
+        lengths : ndarray, shape (m,)
+            |(1, A)| is larger.
+        """
         factor = self.factor
-        q = self.near(c, h).q
-        simple = factor.simple
+        simple, q = factor.simple, self.near(c, h).q
         single = np.abs(simple.a) + np.abs(simple.b) * q if factor.sampled else q
         blocks = []
         for block in factor.blocks:
             a, b, sigma = (getattr(factor.all, x)[block.index] for x in ("a", "b", "sigma"))
             aside = np.maximum(np.abs(c[:, None] - sigma.imag) - h[:, None], 0.0)
             blocks.append(np.abs(a) + np.abs(b) / np.hypot(sigma.real, aside))
-        with np.errstate(invalid="ignore", over="ignore"):
-            return np.asarray(np.linalg.norm(2 * factor.bound(single, blocks) * self.scale, axis=1))
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            # Twice that of one sum, for what is taken out and multiplied.
+            error = np.linalg.norm(2 * factor.bound(single, blocks) * self.scale, axis=1)
+            found = np.nan_to_num(_chord(error, lengths), nan=1.0)
+        for passed in self.passed:
+            inside = np.abs(c - passed.v) + h <= passed.radius
+            found = np.where(inside, np.minimum(found, passed.away), found)
+        return np.asarray(found)
 
     def origin(self, radius: float) -> Direction:
         """Return the direction for |s| ≤ radius."""
@@ -164,51 +183,73 @@ class GraphLine:
         error = 2 * self.factor.errors(np.array([1j * radius]))[0] * radius**self.order
         value, away = value * self.scale, float(np.linalg.norm((away + error) * self.scale))
         if not self.order:
-            return Direction(np.append(1.0, value), _chord(away, 1.0, value))
-        return Direction(np.append(0.0, value), _chord(away + radius**self.order, 0.0, value))
+            return _at(value, away)
+        # Of sᵏ (1, A).
+        size = float(np.linalg.norm(value))
+        away = (away + radius**self.order) / size if size else 1.0
+        return Direction(np.append(0.0, value), min(away * (1 + 1e-9), 1.0))
 
     def tail(self, far: float) -> Direction:
         """Return the direction for |s| ≥ far."""
         value, away = self.factor.tail(far)
         error = 2 * self.factor.errors(np.array([1j * far]))[0]
-        value = value * self.scale
-        return Direction(
-            np.append(1.0, value),
-            _chord(float(np.linalg.norm((away + error) * self.scale)), 1.0, value),
-        )
+        return _at(value * self.scale, float(np.linalg.norm((away + error) * self.scale)))
 
-    @property
-    def moved(self) -> Array:
-        """How far rounding may have moved each simple pole."""
-        form, pick = self.factor.form, self.factor.alone
-        return np.asarray(np.abs(self.factor.simple.b) * (form.spread * form.weight)[pick])
+    @cached_property
+    def passed(self) -> list[Passed]:
+        """The poles above the origin that lie on the axis, or nearly so."""
+        found = []
+        for k in np.flatnonzero(self.sigma.imag > 0).tolist():
+            if abs(self.sigma[k].real) <= _UNDAMPED * self.sigma[k].imag:
+                found.append(self._passed(k))
+        return found
 
-    def on_axis(self) -> IntArray:
-        """Return the simple poles above the origin that lie on the axis, or may do so."""
-        doubtful = np.abs(self.sigma.real) <= 8 * self.moved + 1e-300
-        return np.flatnonzero((self.sigma.imag > 0) & doubtful)
+    def _passed(self, k: int) -> Passed:
+        """Return how well the line is known where it passes a pole.
 
-    def around(self, v: float, radius: float) -> Direction:
-        """Return the direction within a distance of jv, past a pole there."""
-        at, scale = np.array([1j * v]), self.scale
-        inside = np.flatnonzero(np.abs(self.sigma - at[0]) < 2 * radius)
-        if len(inside) > 1:
-            return Direction(self.D, np.inf)
-        if not len(inside):
-            value = self.values(np.array([v]))[0, 1:]
-            slope = self.factor.sizes(at, radius)[1][0] * scale
-            error = self.inexact(np.array([v]), np.array([radius]))[0]
-            away = float(np.linalg.norm(slope)) * radius + error
-            return Direction(np.append(1.0, value), _chord(away, 1.0, value))
-        k = int(inside[0])
-        moved = float(self.moved[k])
-        reach = radius + abs(self.sigma[k] - at[0]) + moved
-        rest = self.factor.sizes(at, radius, leave=k)[0][0] * scale
-        away = reach * (1 + float(np.linalg.norm(rest))) + moved * float(np.linalg.norm(rest))
-        # What is not known of the residue, from the error at the edge.
-        edge = self.factor.errors(at + 1j * radius)[0] * scale
-        away += 2 * radius * float(np.linalg.norm(edge))
-        return Direction(self.residue[k], _chord(away, 0.0, self.residue[k]))
+        The error of A is a shift of the pole, one of its residue and one of the rest.  The
+        latter two are bounded by the error on a circle about it: Cauchy's integral, and the
+        maximum principle.
+        """
+        sigma, factor = self.sigma[k], self.factor
+        form, j = factor.form, factor.alone[k]
+        shift = 2 * float(np.abs(factor.simple.b[k]) * form.spread[j] * form.weight[j])
+        shift += 4 * ROUNDING * float(abs(sigma) + abs(factor.simple.b[k] * form.poles[j]))
+        apart = np.sort(np.abs(factor.poles - sigma))
+        circle = 1e-2 * float(apart[1] if len(apart) > 1 else abs(sigma))
+        size = float(np.linalg.norm(self.residue[k]))
+        if not circle or not size:
+            return Passed(float(sigma.imag), 0.0, 1.0)
+        # All round the other poles are no nearer than half of their distance from its top.
+        top = np.array([sigma + 1j * circle])
+        edge = 2 * float(np.linalg.norm(factor.errors(top)[0] * self.scale))
+        residue = circle * edge
+        rest = edge + 2 * (residue / circle + size * shift / circle**2)
+        others = factor.sizes(np.array([sigma]), circle, leave=k)[0][0] * self.scale
+        most = 1 + float(np.linalg.norm(others))
+        radius = min(circle, size / (2 * most))
+        away = 2 * (shift * most + residue + radius * rest) / size
+        return Passed(float(sigma.imag), radius - abs(float(sigma.real)), away)
+
+
+@dataclass(frozen=True)
+class Passed:
+    """A pole on the axis: within a radius of jv the line is known but for a chordal distance."""
+
+    v: float
+    radius: float
+    away: float
+
+
+def _at(value: ComplexArray, away: float) -> Direction:
+    """Return the direction of (1, A), A within a distance of a value."""
+    length = np.array([np.sqrt(1 + np.sum(np.abs(value) ** 2))])
+    return Direction(np.append(1.0, value), float(_chord(np.array([away]), length)[0]))
+
+
+def _chord(error: Array, lengths: Array) -> Array:
+    """Return the largest chordal distance from a longer (1, A), of A within an error."""
+    return np.minimum(error * (1 + 1e-9) / (lengths * np.maximum(lengths - error, 1.0)), 1.0)
 
 
 def _beside(first: float, rows: ComplexArray) -> ComplexArray:
@@ -223,12 +264,6 @@ def _turn(sigma: ComplexArray, a: Array, b: Array) -> Array:
     return np.asarray(
         sign * (np.arctan2(b - sigma.imag, width) - np.arctan2(a - sigma.imag, width))
     )
-
-
-def _chord(away: float, first: float, value: ComplexArray) -> float:
-    """Return the largest chordal distance from (first, value) of a vector that is `away` of it."""
-    length = float(np.sqrt(first + np.sum(np.abs(value) ** 2)))
-    return min(away / length * (1 + 1e-9), 1.0) if length else 1.0
 
 
 def _inverse_powers(factor: Factor) -> ComplexArray:

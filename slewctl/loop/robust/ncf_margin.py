@@ -137,6 +137,7 @@ def _proved(pair: Pair, units: Array) -> GeneralisedMargin:
         turns = found.turn / np.pi - (plant.order + controller.order) / 2
         stable = abs(plant.unstable + controller.unstable - turns) < 0.25
     if not stable:
+        doubt = "" if found.turn is not None else doubt
         return GeneralisedMargin(0.0, None, False, (0.0, 0.0), found.intervals, doubt)
     return GeneralisedMargin(
         found.value,

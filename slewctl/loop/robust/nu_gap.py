@@ -295,7 +295,7 @@ def _proved(first: PlantGraph, second: PlantGraph) -> NuGap:
     touching = found.value >= TOUCHING
     turns = None if touching else found.turn
     excess = one.unstable - two.unstable + (one.order - two.order) / 2
-    fits = turns is not None and abs(turns / np.pi - excess) < 0.25
+    fits = turns is not None and bool(abs(turns / np.pi - excess) < 0.25)
     bounds, doubt = (found.lower, found.upper), ""
     if not fits:
         bounds = (found.lower if touching or turns is None else 1.0, 1.0)
