@@ -98,7 +98,8 @@ class Realisation:
         p, m = self.D.shape
         # At the junctions: y = C x + D u + v and u = C_K x_K + D_K y, u with w added at the plant.
         junction = check_well_posed(self.D, K.D)
-        outputs = np.linalg.solve(junction, diagonal(self.C, K.C))  # [y; u] from the states
+        # [y; u] from the states.
+        outputs: Array = np.asarray(np.linalg.solve(junction, diagonal(self.C, K.C)), dtype=float)
         passed = np.linalg.solve(
             junction, np.block([[np.eye(p), self.D], [np.zeros((m, p)), np.zeros((m, m))]])
         )
@@ -123,7 +124,7 @@ def check_well_posed(D: Array, K: Array) -> Array:
         If it is singular.
     """
     p, m = D.shape
-    junction = np.block([[np.eye(p), -D], [-K, np.eye(m)]])
+    junction: Array = np.block([[np.eye(p), -D], [-K, np.eye(m)]])
     if np.linalg.cond(junction) > 1e12:
         raise InputError(
             "the loop is not well posed: 1 minus the product of both feedthroughs is singular",

@@ -7,6 +7,7 @@ Rounding of the lines is a distance by the triangle inequality, and added at the
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,9 +20,9 @@ from slewctl.loop.robust.line_pair import Angle, Lines
 TOLERANCE, KNOWN = 5e-10, 1e-9
 # Ends of the axis are left where the lines stand still but for this.
 _STILL = 1e-10
-_TIMES, _LEVELS, _MOST, _REFINED = 60, 60, 200_000, 4
+_TIMES, _LEVELS, _MOST, _REFINED = 60, 60, 50_000, 4
 # Hills that are climbed, in so many steps of so many points.
-_HILLS, _POLISHED, _FINE = 3, 5, 17
+_HILLS, _POLISHED, _FINE, _HALVED = 2, 5, 17, 20
 # Into how many parts intervals are cut while there are no more than so many.
 _PARTS = ((48, 8), (160, 4))
 # Marks about a pole: so much farther than the one before, from so many times its width.
@@ -97,7 +98,6 @@ class _Search:
         self.lines, self.sign = lines, 1.0 if lines.larger else -1.0
         self.pair: tuple[GraphLine, GraphLine] = (lines.first, lines.second)
         self.best, self.v = -np.inf, 0.0  # of sign·sine
-        self.beyond = -np.inf  # what undecided intervals leave open
         self.turn: float | None = 0.0
         self.intervals = 0
         self.slow, self.fast = self._sizes()
@@ -112,7 +112,7 @@ class _Search:
 
     def _told(self) -> Found:
         proved = max(
-            self.beyond, self._proved(),
+            self._proved(),
             *(self.sign * self._sine(place) + place.away for place in self.places),
         )  # fmt: skip
         best = self.best
@@ -130,8 +130,8 @@ class _Search:
         sine = self._sine(place)
         if self.sign * sine > self.best:
             self.best, self.v = self.sign * sine, place.at
-        inner = abs(self.lines.product(place.one.vector, place.two.vector))
-        inner /= np.linalg.norm(place.one.vector) * np.linalg.norm(place.two.vector)
+        lengths = [float(np.linalg.norm(line.vector)) for line in (place.one, place.two)]
+        inner = abs(self.lines.product(place.one.vector, place.two.vector)) / np.prod(lengths)
         if self.turn is None or not inner > 3 * place.away:
             self.turn = None
             return
@@ -151,16 +151,16 @@ class _Search:
 
     def _places(self) -> list[Place]:
         """Return both ends of the axis."""
-        first, last = 1e-11 * self.slow, 1e11 * self.fast
+        first, last = 1e-12 * self.slow, 1e12 * self.fast
         start = self._smallest(lambda r: Place(0.0, r, 0.0, *(x.origin(r) for x in self.pair)),
                                first, 0.1)  # fmt: skip
         end = self._smallest(lambda r: Place(r, np.inf, np.inf, *(x.tail(r) for x in self.pair)),
                              last, 10.0)  # fmt: skip
-        if any(passed.away > 0.1 for line in self.pair for passed in line.passed):
+        if any(line.crowded or any(x.away > 0.1 for x in line.passed) for line in self.pair):
             raise UndecidedAngleError(_HIDDEN)
         return [start, end]
 
-    def _smallest(self, make: object, radius: float, times: float) -> Place:
+    def _smallest(self, make: Callable[[float], Place], radius: float, times: float) -> Place:
         """Return the place that is left open as soon as the lines stand still on it."""
         best: Place | None = None
         for _ in range(_TIMES):
@@ -181,14 +181,16 @@ class _Search:
         """Return marks about some points, nearer to each other the nearer they are to one."""
         poles = np.concatenate([[0.0], *(line.factor.poles for line in self.pair)])
         near = np.abs(poles - 1j * tops[:, None]).min(axis=1)
-        step = np.outer(near, 2.0 ** np.arange(0, -24, -1))
-        return np.concatenate([(tops[:, None] - step).ravel(), tops, (tops[:, None] + step).ravel()])
+        step = np.outer(near, 2.0 ** -np.arange(_HALVED))
+        return np.concatenate(
+            [(tops[:, None] - step).ravel(), tops, (tops[:, None] + step).ravel()]
+        )
 
     def _marks(self, places: list[Place], about: Array) -> tuple[Array, Array]:
         """Return first intervals: between the places, cut at all poles, and at some points."""
         low, high = places[0].end, places[-1].start
-        decades = np.geomspace(low, high, 2 + int(1.5 * np.log10(high / low)))
-        marks = [decades, np.array([self.low]), about]
+        decades = np.geomspace(low, high, 2 + int(np.log10(high / low)))
+        marks = [decades, np.array([self.low])]
         for line in self.pair:
             poles = line.factor.poles
             marks.append(np.abs(poles[np.abs(poles.real) > 1e-9 * np.abs(poles)]))
@@ -206,6 +208,9 @@ class _Search:
         points = points[apart]
         # Not in the middle: parts of an interval about a pole would end at it.
         points = np.union1d(points, points[:-1] ** 0.4 * points[1:] ** 0.6)
+        if len(about):
+            points = np.union1d(points, about[(about >= low) & (about <= high)])
+            points = points[np.diff(points, prepend=0.0) > 1e-14 * points]
         for line in self.pair:
             for passed in line.passed:
                 points = points[np.abs(points - passed.v) > 1e-10 * passed.v]
@@ -216,57 +221,60 @@ class _Search:
         tops = self._see(np.unique(np.concatenate([a, 0.5 * (a + b), b])))
         a, b = self._marks(places, self._about(tops))
         asked = np.ones((2, len(a)), dtype=bool)
-        for _ in range(_LEVELS):
+        for level in range(_LEVELS):
             if not len(a):
                 return
             self.intervals += len(a)
             if self.best * self.sign >= TOUCHING and self.lines.larger:
                 self.turn = None
                 asked[1] = False
+            last = level == _LEVELS - 1 or self.intervals > _MOST
             left = np.zeros_like(asked)
             for low in (True, False):
                 here = (b <= self.low) == low
                 if here.any():
-                    left[:, here] = self._answer(a[here], b[here], asked[:, here], low)
+                    left[:, here] = self._answer(a[here], b[here], asked[:, here], low, last)
             keep = left.any(axis=0)
             a, b, asked = a[keep], b[keep], left[:, keep]
-            if self.intervals > _MOST:
-                self._give_up(asked)
-                return
             parts = next((count for most, count in _PARTS if len(a) <= most), 2)
             a, b = _cut(a, b, parts)
             asked = np.tile(asked, parts)
-        self._give_up(asked)
 
-    def _give_up(self, left: BoolArray) -> None:
-        if left[0].any():
-            self.beyond = 1.0 if self.sign > 0 else 0.0
-        if left[1].any():
-            self.turn = None
+    def _answer(self, a: Array, b: Array, asked: BoolArray, low: bool, last: bool) -> BoolArray:
+        """Return which questions stay open on which intervals: of the sine, and of the turns.
 
-    def _answer(self, a: Array, b: Array, asked: BoolArray, low: bool) -> BoolArray:
-        """Return which questions stay open on which intervals: of the sine, and of the turns."""
+        None does where intervals are as small as numbers, or too many: they keep what they prove.
+        """
         c, h = _middle(a, b)
         angle = self.lines.enclosed(c, h, low)
         sines = self.sign * angle.sine
-        k = int(np.nanargmax(sines))
+        k = int(np.nan_to_num(sines, nan=-np.inf).argmax())
         if sines[k] > self.best:
             self.best, self.v = float(sines[k]), float(c[k])
-        left = asked & ~np.array([self._within(angle), angle.sure])
+        within = self._within(angle)
+        left = asked & ~np.array([within, angle.sure])
         counted = asked[1] & angle.sure
         if counted.any() and self.turn is not None:
             taken = angle.taken[0][counted], angle.taken[1][counted]
             self.turn += self._turned(a[counted], b[counted], taken, low)
-        small = h <= 16 * np.finfo(float).eps * c
-        self._give_up(left & small)
+        small = (h <= 16 * np.finfo(float).eps * c) | last
+        if (left[1] & small).any():
+            self.turn = None
         left &= ~small
-        self._keep(a, b, angle, ~left.any(axis=0))
+        limit = np.where(within | ~asked[0], self.best + TOLERANCE, np.inf)
+        self._keep(a, b, limit, angle, ~left.any(axis=0))
         return left
 
-    def _keep(self, a: Array, b: Array, angle: Angle, here: BoolArray) -> None:
+    def _keep(self, a: Array, b: Array, limit: Array, angle: Angle, here: BoolArray) -> None:
         """Remember what an interval proves: the sine, and how long both vectors are at least."""
-        sine = self.sign * angle.bounds[1 if self.lines.larger else 0]
-        self.done.append(np.array([a, b, sine, *angle.lengths])[:, here])
+        proved = np.minimum(limit, self._bound(angle))
+        self.done.append(np.array([a, b, proved, *angle.lengths])[:, here])
+
+    def _bound(self, angle: Angle) -> Array:
+        """Return what is known of the sine without its slope."""
+        larger = self.lines.larger
+        known = np.nan_to_num(angle.bounds[int(larger)], nan=1.0 if larger else 0.0)
+        return np.asarray(self.sign * np.minimum(known, 1.0))
 
     def _within(self, angle: Angle) -> BoolArray:
         """Whether the angle is nowhere beyond the best one, but for the tolerance."""
@@ -276,12 +284,9 @@ class _Search:
         value, slope = self.sign * (t * PQ.value - N.value), t * PQ.slope - N.slope
         curve = t * PQ.curve + N.curve
         room = value - np.abs(slope) * h - 0.5 * h * h * curve
-        sine = self.sign * angle.bounds[1 if self.lines.larger else 0]
-        return np.asarray((room >= 1e-15 * t * PQ.value) | (sine <= limit))
+        return np.asarray((room >= 1e-15 * t * PQ.value) | (self._bound(angle) <= limit))
 
-    def _turned(
-        self, a: Array, b: Array, taken: tuple[IntArray, IntArray], low: bool
-    ) -> float:
+    def _turned(self, a: Array, b: Array, taken: tuple[IntArray, IntArray], low: bool) -> float:
         points, place = np.unique(np.concatenate([a, b]), return_inverse=True)
         ends = self.lines.on_axis(points)[0][place]
         moved = self.lines.turn(a, b, taken, low)
@@ -292,8 +297,8 @@ class _Search:
         """Look at points of the axis, climb the highest hills, and return their tops."""
         sines = self.sign * self.lines.on_axis(v)[1]
         inner = np.nan_to_num(sines, nan=-np.inf)
-        higher = (inner >= np.append(-np.inf, inner[:-1])) & (inner >= np.append(inner[1:], -np.inf))
-        hills = np.flatnonzero(higher)
+        around = np.concatenate([[-np.inf], inner, [-np.inf]])
+        hills = np.flatnonzero((inner >= around[:-2]) & (inner >= around[2:]))
         hills = hills[np.argsort(-inner[hills])][:_HILLS]
         left, right = v[np.maximum(hills - 1, 0)], v[np.minimum(hills + 1, len(v) - 1)]
         for _ in range(_POLISHED):
@@ -313,19 +318,22 @@ class _Search:
         found = np.concatenate(self.done, axis=1)
         limit = self.best + TOLERANCE
         for _ in range(_REFINED):
-            a, b, sine, *lengths = found
-            proved = np.minimum(sine, limit) + self._inexact(*_middle(a, b), np.array(lengths))
-            beyond = proved > limit + _STILL
+            a, b, claim, *lengths = found
+            proved = claim + self._inexact(*_middle(a, b), np.array(lengths))
+            beyond = (proved > limit + _STILL) & (claim <= limit)
             if not beyond.any():
                 break
             # Of a long interval the error is that at its nearest to any pole: cut it.
             a, b = _cut(a[beyond], b[beyond], 8)
+            claim = np.tile(claim[beyond], 8)
             self.done, low = [], b <= self.low
             for part in (True, False):
                 if (low == part).any():
                     here = low == part
                     angle = self.lines.enclosed(*_middle(a[here], b[here]), part)
-                    self._keep(a[here], b[here], angle, np.ones(int(here.sum()), dtype=bool))
+                    self._keep(
+                        a[here], b[here], claim[here], angle, np.ones(here.sum(), dtype=bool)
+                    )
             found = np.concatenate([found[:, ~beyond], *self.done], axis=1)
         return float(np.nan_to_num(proved, nan=1.0).max())
 

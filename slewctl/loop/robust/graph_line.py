@@ -86,6 +86,14 @@ class GraphLine:
         return int(np.sum(self.factor.poles.real > 0))
 
     @property
+    def crowded(self) -> bool:
+        """Whether poles that cannot be told apart lie on the axis, beside those at the origin."""
+        if not self.others:
+            return False
+        poles = self.others.poles
+        return bool((np.abs(poles.real) <= _UNDAMPED * np.abs(poles)).any())
+
+    @property
     def head(self) -> ComplexArray:
         """Coefficients of the polynomial that sᵏ times the rigid body is, shape (k, p + 1)."""
         return self.rigid[:0:-1]
@@ -93,7 +101,7 @@ class GraphLine:
     def near(self, c: Array, h: Array) -> Near:
         """Return the distances of the simple poles from intervals."""
         away = 1j * c[:, None] - self.sigma
-        u = 1 / np.where(away == 0, _THERE, away)
+        u = np.asarray(1 / np.where(away == 0, _THERE, away), dtype=complex)
         aside = np.maximum(np.abs(c[:, None] - self.sigma.imag) - h[:, None], 0.0)
         with np.errstate(divide="ignore"):
             return Near(u, 1 / np.sqrt(self.sigma.real**2 + aside * aside))
@@ -181,13 +189,13 @@ class GraphLine:
         """Return the direction for |s| ≤ radius."""
         value, away = self.factor.at_origin(radius)
         error = 2 * self.factor.errors(np.array([1j * radius]))[0] * radius**self.order
-        value, away = value * self.scale, float(np.linalg.norm((away + error) * self.scale))
+        value, off = value * self.scale, float(np.linalg.norm((away + error) * self.scale))
         if not self.order:
-            return _at(value, away)
+            return _at(value, off)
         # Of sᵏ (1, A).
         size = float(np.linalg.norm(value))
-        away = (away + radius**self.order) / size if size else 1.0
-        return Direction(np.append(0.0, value), min(away * (1 + 1e-9), 1.0))
+        off = (off + radius**self.order) / size if size else 1.0
+        return Direction(np.append(0.0, value), min(off * (1 + 1e-9), 1.0))
 
     def tail(self, far: float) -> Direction:
         """Return the direction for |s| ≥ far."""

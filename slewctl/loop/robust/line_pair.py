@@ -76,7 +76,9 @@ def _angle(
     known = [np.sqrt(P.value), np.sqrt(Q.value)]
     shortest = np.array([known[0] * np.maximum(1 - dx, 0.0), known[1] * np.maximum(1 - dy, 0.0)])
     longest = known[0] * known[1] * (1 + dx) * (1 + dy)
-    bounds = np.array([np.maximum(size - away, 0.0) / longest, (size + away) / shortest.prod(0)])
+    with np.errstate(divide="ignore"):
+        most = (size + away) / shortest.prod(axis=0)
+    bounds = np.array([np.maximum(size - away, 0.0) / longest, most])
     if product is None:
         cosine = np.sqrt(np.maximum(1 - W.sizes.value / (P.value * Q.value), 0.0))
         sure = dx + dy + dx * dy < cosine * (1 - 1e-9) - 1e-12
@@ -96,9 +98,7 @@ class Lines(Protocol):
     def enclosed(self, c: Array, h: Array, low: bool) -> Angle: ...
     def product(self, one: ComplexArray, two: ComplexArray) -> complex: ...
     def on_axis(self, v: Array) -> tuple[ComplexArray, Array]: ...
-    def turn(
-        self, a: Array, b: Array, taken: tuple[IntArray, IntArray], low: bool
-    ) -> Array: ...
+    def turn(self, a: Array, b: Array, taken: tuple[IntArray, IntArray], low: bool) -> Array: ...
     def sine(self, one: Direction, two: Direction) -> float: ...
 
 
@@ -139,7 +139,10 @@ class Distance:
         E = Span(A.h, B.value - A.value, B.slope - A.slope, self._bend(c, h, near, other, low, B))
         A = Span(A.h, A.value, A.slope, A.curve + one.bend(near))
         B = Span(B.h, B.value, B.slope, B.curve + two.bend(other))
-        m, n = one.multiplier(c, h, taken[0], low)[None], two.multiplier(c, h, taken[1], low)[None]
+        m, n = (
+            line.multiplier(c, h, own, low).column
+            for line, own in zip((one, two), taken, strict=True)
+        )
         rho, other_rho = one.taken(c, h, taken[0], low), two.taken(c, h, taken[1], low)
         x, y = m * A + rho, n * B + other_rho
         # x ∧ y = n x ∧ E + (1, A) ∧ (m ρ₂ − n ρ₁) + ρ₁ ∧ ρ₂, each small where the plants agree.
@@ -185,13 +188,14 @@ class Distance:
             change = polynomial(c, h, self._rigid[:0:-1]) if same else rho[1]
             cross = m[0] * change if same else m[0] * rho[1] - m[1] * rho[0]
         else:
-            R, both = rho[0].value, (taken[0] < len(self.first.sigma)) & (
-                taken[1] < len(self.second.sigma)
+            R, both = (
+                rho[0].value,
+                (taken[0] < len(self.first.sigma)) & (taken[1] < len(self.second.sigma)),
             )
             step = rho[1].value - R
-            apart = np.append(self.second.sigma, 0)[taken[1]] - np.append(self.first.sigma, 0)[
-                taken[0]
-            ]
+            apart = (
+                np.append(self.second.sigma, 0)[taken[1]] - np.append(self.first.sigma, 0)[taken[0]]
+            )
             value = np.where(both[:, None], m[0].value * step + apart[:, None] * R, step)
             slope = np.where(both[:, None], 1j * step, 0)
             zero = np.zeros(step.shape)
@@ -246,12 +250,12 @@ class Kept:
             near = near.without(nearest)
             rest = line.rest(c, h, near, low)
             rest = Span(rest.h, rest.value, rest.slope, rest.curve + line.bend(near))
-            times.append(line.multiplier(c, h, nearest, low)[None])
+            times.append(line.multiplier(c, h, nearest, low).column)
             directions.append(times[-1] * rest + line.taken(c, h, nearest, low))
             taken.append(nearest)
         (x, y), (m, n), (first, second) = directions, times, taken
         kept = (x * y).total
-        return _angle(kept[None], x, y, (m, n), (first, second), kept)
+        return _angle(kept.column, x, y, (m, n), (first, second), kept)
 
     def product(self, one: ComplexArray, two: ComplexArray) -> complex:
         """Return the product whose turns are counted."""

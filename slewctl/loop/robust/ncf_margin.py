@@ -102,10 +102,10 @@ def ncf_margin(
     --------
     >>> import control
     >>> import slewctl as sc
-    >>> b = sc.ncf_margin(control.tf([1], [1, 0]), 1.0)
-    >>> round(b.value, 4)  # 1/√2 of an integrator
-    0.7071
-    >>> b.bounds[0] <= 2**-0.5 <= b.bounds[1] < b.bounds[0] + 1e-9
+    >>> b = sc.ncf_margin(control.tf([1], [1, 0]), 2.0)
+    >>> round(b.value, 4)  # 1/√5 of an integrator
+    0.4472
+    >>> b.bounds[0] <= 5**-0.5 <= b.bounds[1] < b.bounds[0] + 1e-9
     True
     """
     pair = paired(plant, controller, sign).on_one_clock()

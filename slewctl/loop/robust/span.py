@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array, ComplexArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,20 +61,21 @@ class Span:
             self.curve * other.most + 2 * self.steepest * other.steepest + self.most * other.curve,
         )
 
-    def __getitem__(self, columns: object) -> Span:
-        """Return some of several functions; None makes several of one."""
-        pick = (slice(None), columns)
-        h = self.h if self.h.ndim == 2 else self.h[:, None]
-        return Span(h, self.value[pick], self.slope[pick], self.curve[pick])
+    def __getitem__(self, columns: IntArray) -> Span:
+        """Return some of several functions."""
+        return Span(self.h, self.value[:, columns], self.slope[:, columns], self.curve[:, columns])
+
+    @property
+    def column(self) -> Span:
+        """One function, of shape (m,), as the only one of several."""
+        return Span(self.h[:, None], self.value[:, None], self.slope[:, None], self.curve[:, None])
 
     @property
     def sizes(self) -> Span:
         """Σ |f|² of several functions, shape (m,)."""
         slope = 2 * (self.value.conj() * self.slope).real
         curve = 2 * (self.steepest**2 + self.most * self.curve)
-        return Span(
-            self.h[:, 0], (np.abs(self.value) ** 2).sum(1), slope.sum(1), curve.sum(1)
-        )
+        return Span(self.h[:, 0], (np.abs(self.value) ** 2).sum(1), slope.sum(1), curve.sum(1))
 
     @property
     def total(self) -> Span:
