@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -46,16 +46,19 @@ class Loop:
         Disturbances and cost by which it is judged.
     controller : Controller
         Designed on any model of the same arm; which arm that was is not checked.
+    known : GeneralisedPlant, optional
+        That of the objective on the model, where several loops share it.
     """
 
     model: Model
     objective: Objective
     controller: Controller
+    known: GeneralisedPlant | None = field(default=None, kw_only=True)
 
     @cached_property
     def plant(self) -> GeneralisedPlant:
         """The generalised plant of the objective on the model."""
-        return generalised_plant(self.model, self.objective)
+        return self.known or generalised_plant(self.model, self.objective)
 
     @property
     def late(self) -> float:
@@ -144,6 +147,8 @@ class Loop:
     def factors(self) -> FactoredLoop:
         """L as plant, controller and dead time, the arm's lags on the controller's side."""
         arm = bare_equations(self.model, self.objective.sensors, self.objective.actuator)
+        if arm.nstates == self._path.nstates:  # no lags: the plant's modes are known already
+            return factored(self._path, negated(self.controller.linear), self.late)
         controller = with_lags(self.controller.linear, self.model.arm)
         return factored(arm, negated(controller), self.late)
 
