@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._types import Array, BoolArray, IntArray
+from slewctl._types import Array, BoolArray
 from slewctl.loop.robust.graph_line import Direction, GraphLine
 from slewctl.loop.robust.line_pair import Angle, Lines
 
@@ -22,7 +22,7 @@ TOLERANCE, KNOWN = 5e-10, 1e-9
 _STILL = 1e-10
 _TIMES, _LEVELS, _MOST, _REFINED = 60, 60, 50_000, 4
 # Hills that are climbed, in so many steps of so many points.
-_HILLS, _POLISHED, _FINE, _HALVED = 2, 5, 17, 20
+_HILLS, _POLISHED, _FINE, _HALVED = 2, 4, 17, 20
 # Into how many parts intervals are cut while there are no more than so many.
 _PARTS = ((48, 8), (160, 4))
 # Marks about a pole: so much farther than the one before, from so many times its width.
@@ -106,8 +106,11 @@ class _Search:
         for place in self.places:
             self._still(place)
         self.done: list[Array] = []
+        self.turns: list[Array] = []
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             self._run(self.places)
+            if self.turn is not None:
+                self.turn += self._turned()
             self.found = self._told()
 
     def _told(self) -> Found:
@@ -254,9 +257,8 @@ class _Search:
         within = self._within(angle)
         left = asked & ~np.array([within, angle.sure])
         counted = asked[1] & angle.sure
-        if counted.any() and self.turn is not None:
-            taken = angle.taken[0][counted], angle.taken[1][counted]
-            self.turn += self._turned(a[counted], b[counted], taken, low)
+        a1, b1, one, two = (x[counted] for x in (a, b, *angle.taken))
+        self.turns.append(np.array([a1, b1, self.lines.turn(a1, b1, (one, two), low)]))
         small = (h <= 16 * np.finfo(float).eps * c) | last
         if (left[1] & small).any():
             self.turn = None
@@ -286,10 +288,11 @@ class _Search:
         room = value - np.abs(slope) * h - 0.5 * h * h * curve
         return np.asarray((room >= 1e-15 * t * PQ.value) | (self._bound(angle) <= limit))
 
-    def _turned(self, a: Array, b: Array, taken: tuple[IntArray, IntArray], low: bool) -> float:
+    def _turned(self) -> float:
+        """Return by how much the argument of the product changes on all intervals."""
+        a, b, moved = np.concatenate(self.turns, axis=1)
         points, place = np.unique(np.concatenate([a, b]), return_inverse=True)
         ends = self.lines.on_axis(points)[0][place]
-        moved = self.lines.turn(a, b, taken, low)
         change = np.angle(ends[len(a) :] / ends[: len(a)])
         return float((_wrapped(change + moved) - moved).sum())
 

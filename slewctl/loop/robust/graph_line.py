@@ -111,14 +111,15 @@ class GraphLine:
 
         Its curvature by the simple poles is left to the caller.
         """
-        s, wide = np.asarray(1j * c, dtype=complex)[:, None], h[:, None]
+        wide = h[:, None]
         value, slope = near.u @ self.residue + self.D, -1j * ((near.u * near.u) @ self.residue)
         curve = np.zeros(value.shape)
-        if not low:
-            for e, coefficient in enumerate(self.rigid[1:], start=1):
-                value = value + coefficient / s**e
-                slope = slope - 1j * e * coefficient / s ** (e + 1)
-                curve = curve + e * (e + 1) * np.abs(coefficient) / (c - h)[:, None] ** (e + 2)
+        if self.order and not low:
+            back = 1 / (1j * c[:, None])
+            powers = np.cumprod(np.repeat(back, self.order, axis=1), axis=1)
+            value += powers @ self.rigid[1:]
+            slope -= 1j * back * ((powers * np.arange(1, self.order + 1)) @ self.rigid[1:])
+            curve += inverse_curves(c - h, self.order) @ np.abs(self.rigid[1:])
         if self.others:
             more = self.others.enclosed(c, h)
             value[:, 1:] += more.value * self.scale
@@ -258,6 +259,13 @@ def _at(value: ComplexArray, away: float) -> Direction:
 def _chord(error: Array, lengths: Array) -> Array:
     """Return the largest chordal distance from a longer (1, A), of A within an error."""
     return np.minimum(error * (1 + 1e-9) / (lengths * np.maximum(lengths - error, 1.0)), 1.0)
+
+
+def inverse_curves(nearest: Array, order: int) -> Array:
+    """Return the curvatures of s⁻ᵉ, e = 1, …, k, at the nearest points, shape (m, k)."""
+    e = np.arange(1, order + 1)
+    powers = np.cumprod(np.repeat(1 / nearest[:, None], order, axis=1), axis=1)
+    return np.asarray(powers * (e * (e + 1) / nearest[:, None] ** 2) * (1 + 1e-9))
 
 
 def _beside(first: float, rows: ComplexArray) -> ComplexArray:

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
-from slewctl.loop.robust.graph_line import Direction, GraphLine, Near
+from slewctl.loop.robust.graph_line import Direction, GraphLine, Near, inverse_curves
 from slewctl.loop.robust.span import Span, polynomial
 
 
@@ -159,10 +159,12 @@ class Distance:
         found = (2 + 1e-9) * (cubes @ self._changed)
         moved = cubes * np.minimum(3 * self._apart * pairs, 2.0)
         found += (2 + 1e-9) * (moved @ one.size[self._ones])
-        found += one.bend(near, self._lone) + two.bend(other, self._other_lone)
-        if not low:
-            for e, change in enumerate(self._rigid[1:], start=1):
-                found += e * (e + 1) * np.abs(change) / (c - h)[:, None] ** (e + 2)
+        for line, own, lone in ((one, near, self._lone), (two, other, self._other_lone)):
+            if len(lone):
+                found += line.bend(own, lone)
+        order = len(self._rigid) - 1
+        if order and not low:
+            found += inverse_curves(c - h, order) @ np.abs(self._rigid[1:])
         for line in (one, two):
             if line.others:
                 found[:, 1:] += line.others.enclosed(c, h).curve * line.scale
