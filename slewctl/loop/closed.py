@@ -22,7 +22,7 @@ from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.loop.tracking import tracking_controller, tracking_loop
 from slewctl.model import Model
 from slewctl.numerics.frequency_response import FrequencyResponse
-from slewctl.numerics.h2_norm import H2Cost, h2_cost
+from slewctl.numerics.h2_norm import H2Cost, cost_of_loop
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import stability_threshold
@@ -186,7 +186,7 @@ class Loop:
         self.require_stable("an H2 cost")
         if np.any(np.asarray(self.linear.D)):
             return H2Cost(np.inf, 0.0)  # sensor noise passes straight to the actuator
-        return h2_cost(*(np.asarray(getattr(self.linear, name)) for name in "ABC"))
+        return cost_of_loop(*(np.asarray(getattr(self.linear, name)) for name in "ABC"))
 
     def response(self, omega: Array) -> ComplexArray:
         """Return L at each ω in rad/s: L(jω), or L(e^(jωT)) of a sampled loop."""
