@@ -232,24 +232,20 @@ class _Search:
                 self.turn = None
                 asked[1] = False
             last = level == _LEVELS - 1 or self.intervals > _MOST
-            left = np.zeros_like(asked)
-            for low in (True, False):
-                here = (b <= self.low) == low
-                if here.any():
-                    left[:, here] = self._answer(a[here], b[here], asked[:, here], low, last)
+            left = self._answer(a, b, asked, last)
             keep = left.any(axis=0)
             a, b, asked = a[keep], b[keep], left[:, keep]
             parts = next((count for most, count in _PARTS if len(a) <= most), 2)
             a, b = _cut(a, b, parts)
             asked = np.tile(asked, parts)
 
-    def _answer(self, a: Array, b: Array, asked: BoolArray, low: bool, last: bool) -> BoolArray:
+    def _answer(self, a: Array, b: Array, asked: BoolArray, last: bool) -> BoolArray:
         """Return which questions stay open on which intervals: of the sine, and of the turns.
 
         None does where intervals are as small as numbers, or too many: they keep what they prove.
         """
         c, h = _middle(a, b)
-        angle = self.lines.enclosed(c, h, low)
+        angle = self.lines.enclosed(c, h, b <= self.low)
         sines = self.sign * angle.sine
         k = int(np.nan_to_num(sines, nan=-np.inf).argmax())
         if sines[k] > self.best:
@@ -258,7 +254,7 @@ class _Search:
         left = asked & ~np.array([within, angle.sure])
         counted = asked[1] & angle.sure
         a1, b1, one, two = (x[counted] for x in (a, b, *angle.taken))
-        self.turns.append(np.array([a1, b1, self.lines.turn(a1, b1, (one, two), low)]))
+        self.turns.append(np.array([a1, b1, self.lines.turn(a1, b1, (one, two))]))
         small = (h <= 16 * np.finfo(float).eps * c) | last
         if (left[1] & small).any():
             self.turn = None
@@ -329,14 +325,9 @@ class _Search:
             # Of a long interval the error is that at its nearest to any pole: cut it.
             a, b = _cut(a[beyond], b[beyond], 8)
             claim = np.tile(claim[beyond], 8)
-            self.done, low = [], b <= self.low
-            for part in (True, False):
-                if (low == part).any():
-                    here = low == part
-                    angle = self.lines.enclosed(*_middle(a[here], b[here]), part)
-                    self._keep(
-                        a[here], b[here], claim[here], angle, np.ones(here.sum(), dtype=bool)
-                    )
+            self.done = []
+            angle = self.lines.enclosed(*_middle(a, b), b <= self.low)
+            self._keep(a, b, claim, angle, np.ones(len(a), dtype=bool))
             found = np.concatenate([found[:, ~beyond], *self.done], axis=1)
         return float(np.nan_to_num(proved, nan=1.0).max())
 

@@ -12,16 +12,16 @@ from functools import cached_property
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray, IntArray
-from slewctl.loop.robust.span import Span, polynomial, power
+from slewctl._types import Array, BoolArray, ComplexArray, IntArray
+from slewctl.loop.robust.span import Span, chosen, polynomial, power
 from slewctl.loop.single.factor import Factor
 from slewctl.numerics.modal_bounds import ROUNDING
 from slewctl.numerics.modal_form import Block, ModalForm
 
 # Curvatures are summed upward.
 _UP = 2 + 1e-9
-# A distance for a point that is a pole.
-_THERE = 1e-150
+# The square of a distance for a point that is a pole.
+_THERE = 1e-300
 # Poles as lightly damped as this are passed as if they were on the axis.
 _UNDAMPED = 1e-6
 
@@ -100,13 +100,16 @@ class GraphLine:
 
     def near(self, c: Array, h: Array) -> Near:
         """Return the distances of the simple poles from intervals."""
-        away = 1j * c[:, None] - self.sigma
-        u = np.asarray(1 / np.where(away == 0, _THERE, away), dtype=complex)
-        aside = np.maximum(np.abs(c[:, None] - self.sigma.imag) - h[:, None], 0.0)
+        real, away = -self.sigma.real, c[:, None] - self.sigma.imag
+        size = real * real + away * away
+        size[size == 0] = _THERE
+        u = np.empty(size.shape, dtype=complex)
+        u.real, u.imag = real / size, -away / size
+        aside = np.maximum(np.abs(away) - h[:, None], 0.0)
         with np.errstate(divide="ignore"):
-            return Near(u, 1 / np.sqrt(self.sigma.real**2 + aside * aside))
+            return Near(u, 1 / np.sqrt(real * real + aside * aside))
 
-    def rest(self, c: Array, h: Array, near: Near, low: bool) -> Span:
+    def rest(self, c: Array, h: Array, near: Near, low: BoolArray) -> Span:
         """Return (1, A) without the poles that `near` leaves out, near the origin without sᵏ's.
 
         Its curvature by the simple poles is left to the caller.
@@ -114,12 +117,12 @@ class GraphLine:
         wide = h[:, None]
         value, slope = near.u @ self.residue + self.D, -1j * ((near.u * near.u) @ self.residue)
         curve = np.zeros(value.shape)
-        if self.order and not low:
-            back = 1 / (1j * c[:, None])
+        if self.order:
+            back = np.where(low, 0, 1 / (1j * c))[:, None]
             powers = np.cumprod(np.repeat(back, self.order, axis=1), axis=1)
             value += powers @ self.rigid[1:]
             slope -= 1j * back * ((powers * np.arange(1, self.order + 1)) @ self.rigid[1:])
-            curve += inverse_curves(c - h, self.order) @ np.abs(self.rigid[1:])
+            curve += inverse_curves(c - h, self.order, low) @ np.abs(self.rigid[1:])
         if self.others:
             more = self.others.enclosed(c, h)
             value[:, 1:] += more.value * self.scale
@@ -132,25 +135,23 @@ class GraphLine:
         q = near.q[:, which]
         return np.asarray(_UP * ((q * q * q) @ self.size[which]))
 
-    def multiplier(self, c: Array, h: Array, taken: IntArray, low: bool) -> Span:
+    def multiplier(self, c: Array, h: Array, taken: IntArray, low: BoolArray) -> Span:
         """Return m: sᵏ near the origin, else s − σ of the pole that is taken, or one."""
-        if low:
-            return power(c, h, self.order)
         some = taken < len(self.sigma)
         sigma = np.append(self.sigma, 0)[taken]
         value = np.where(some, 1j * c - sigma, 1.0)
-        return Span(h, value, np.where(some, 1j, 0.0), np.zeros(len(c)))
+        found = Span(h, value, np.where(some, 1j, 0.0), np.zeros(len(c)))
+        return chosen(low, power(c, h, self.order), found) if low.any() else found
 
-    def taken(self, c: Array, h: Array, taken: IntArray, low: bool) -> Span:
+    def taken(self, c: Array, h: Array, taken: IntArray, low: BoolArray) -> Span:
         """Return ρ = m (1, A) − m·rest: a polynomial near the origin, else a residue."""
-        if low:
-            return polynomial(c, h, self.head)
         value = np.vstack([self.residue, np.zeros((1, len(self.D)))])[taken]
-        return Span(h[:, None], value, 0 * value, np.zeros(value.shape))
+        found = Span(h[:, None], value, 0 * value, np.zeros(value.shape))
+        return chosen(low, polynomial(c, h, self.head), found) if low.any() else found
 
-    def turn(self, a: Array, b: Array, taken: IntArray, low: bool) -> Array:
+    def turn(self, a: Array, b: Array, taken: IntArray) -> Array:
         """Return the change of arg m from a to b: past a pole on the axis on its right."""
-        if low or not len(self.sigma):
+        if not len(self.sigma):
             return np.zeros(len(a))
         sigma = np.append(self.sigma, 0)[taken]
         found = _turn(sigma, a, b)
@@ -261,11 +262,11 @@ def _chord(error: Array, lengths: Array) -> Array:
     return np.minimum(error * (1 + 1e-9) / (lengths * np.maximum(lengths - error, 1.0)), 1.0)
 
 
-def inverse_curves(nearest: Array, order: int) -> Array:
-    """Return the curvatures of s⁻ᵉ, e = 1, …, k, at the nearest points, shape (m, k)."""
-    e = np.arange(1, order + 1)
-    powers = np.cumprod(np.repeat(1 / nearest[:, None], order, axis=1), axis=1)
-    return np.asarray(powers * (e * (e + 1) / nearest[:, None] ** 2) * (1 + 1e-9))
+def inverse_curves(nearest: Array, order: int, low: BoolArray) -> Array:
+    """Return the curvatures of s⁻ᵉ, e = 1, …, k, at the nearest points, or zero, shape (m, k)."""
+    e, back = np.arange(1, order + 1), np.where(low, 0.0, 1 / nearest)[:, None]
+    powers = np.cumprod(np.repeat(back, order, axis=1), axis=1)
+    return np.asarray(powers * (e * (e + 1) * back * back) * (1 + 1e-9))
 
 
 def _beside(first: float, rows: ComplexArray) -> ComplexArray:

@@ -15,7 +15,7 @@ import numpy as np
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.loop.robust.graph_line import Direction, GraphLine, Near, inverse_curves
-from slewctl.loop.robust.span import Span, polynomial
+from slewctl.loop.robust.span import Span, chosen, polynomial
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,10 +95,10 @@ class Lines(Protocol):
     second: GraphLine
     larger: bool  # whether the largest angle is wanted, and not the smallest
 
-    def enclosed(self, c: Array, h: Array, low: bool) -> Angle: ...
+    def enclosed(self, c: Array, h: Array, low: BoolArray) -> Angle: ...
     def product(self, one: ComplexArray, two: ComplexArray) -> complex: ...
     def on_axis(self, v: Array) -> tuple[ComplexArray, Array]: ...
-    def turn(self, a: Array, b: Array, taken: tuple[IntArray, IntArray], low: bool) -> Array: ...
+    def turn(self, a: Array, b: Array, taken: tuple[IntArray, IntArray]) -> Array: ...
     def sine(self, one: Direction, two: Direction) -> float: ...
 
 
@@ -129,8 +129,8 @@ class Distance:
         self._changed = np.abs(second.residue[twos] - first.residue[ones])
         self._rigid = _difference(first.rigid, second.rigid)
 
-    def enclosed(self, c: Array, h: Array, low: bool) -> Angle:
-        """Return the angle on intervals, all of them near the origin or none."""
+    def enclosed(self, c: Array, h: Array, low: BoolArray) -> Angle:
+        """Return the angle on intervals, some of them near the origin."""
         one, two = self.first, self.second
         near, other = one.near(c, h), two.near(c, h)
         taken = self._nearest(near, other, low)
@@ -151,7 +151,7 @@ class Distance:
         W = n * (x[i] * E[j] - x[j] * E[i]) + (A[i] * cross[j] - A[j] * cross[i]) + double
         return _angle(W, x, y, (m, n), taken)
 
-    def _bend(self, c: Array, h: Array, near: Near, other: Near, low: bool, B: Span) -> Array:
+    def _bend(self, c: Array, h: Array, near: Near, other: Near, low: BoolArray, B: Span) -> Array:
         """Return bounds of the curvature of B − A, pole by pole where these are near."""
         one, two = self.first, self.second
         pairs = np.maximum(near.q[:, self._ones], other.q[:, self._twos])
@@ -163,46 +163,43 @@ class Distance:
             if len(lone):
                 found += line.bend(own, lone)
         order = len(self._rigid) - 1
-        if order and not low:
-            found += inverse_curves(c - h, order) @ np.abs(self._rigid[1:])
+        if order:
+            found += inverse_curves(c - h, order, low) @ np.abs(self._rigid[1:])
         for line in (one, two):
             if line.others:
                 found[:, 1:] += line.others.enclosed(c, h).curve * line.scale
         return np.asarray(found)
 
-    def _nearest(self, near: Near, other: Near, low: bool) -> tuple[IntArray, IntArray]:
+    def _nearest(self, near: Near, other: Near, low: BoolArray) -> tuple[IntArray, IntArray]:
         """Return the pole of each that is taken out: the nearest of all, and its partner."""
-        return self._chosen(near, other) if not low else _none(near, other)
-
-    def _chosen(self, near: Near, other: Near) -> tuple[IntArray, IntArray]:
         (k, close), (j, close_other) = _largest(near.u), _largest(other.u)
         first = close >= close_other
-        return np.where(first, k, self._back[j]), np.where(first, self._partner[k], j)
+        one, two = np.where(first, k, self._back[j]), np.where(first, self._partner[k], j)
+        return np.where(low, len(self.first.sigma), one), np.where(low, len(self.second.sigma), two)
 
     def _cross(
-        self, c: Array, h: Array, taken: tuple[IntArray, IntArray], low: bool,
+        self, c: Array, h: Array, taken: tuple[IntArray, IntArray], low: BoolArray,
         m: tuple[Span, Span], rho: tuple[Span, Span],
     ) -> tuple[Span, Span]:  # fmt: skip
         """Return m ρ₂ − n ρ₁ and ρ₁ ∧ ρ₂, both small where two poles nearly agree."""
         i, j = self.i, self.j
-        if low:
-            same = self.first.order == self.second.order
-            change = polynomial(c, h, self._rigid[:0:-1]) if same else rho[1]
-            cross = m[0] * change if same else m[0] * rho[1] - m[1] * rho[0]
-        else:
-            R, both = (
-                rho[0].value,
-                (taken[0] < len(self.first.sigma)) & (taken[1] < len(self.second.sigma)),
-            )
-            step = rho[1].value - R
-            apart = (
-                np.append(self.second.sigma, 0)[taken[1]] - np.append(self.first.sigma, 0)[taken[0]]
-            )
-            value = np.where(both[:, None], m[0].value * step + apart[:, None] * R, step)
-            slope = np.where(both[:, None], 1j * step, 0)
-            zero = np.zeros(step.shape)
-            cross = Span(rho[0].h, value, slope, zero)
-            change = Span(rho[0].h, step, 0 * step, zero)
+        R, both = (
+            rho[0].value,
+            (taken[0] < len(self.first.sigma)) & (taken[1] < len(self.second.sigma)),
+        )
+        step = rho[1].value - R
+        apart = np.append(self.second.sigma, 0)[taken[1]] - np.append(self.first.sigma, 0)[taken[0]]
+        value = np.where(both[:, None], m[0].value * step + apart[:, None] * R, step)
+        slope, zero = np.where(both[:, None], 1j * step, 0), np.zeros(step.shape)
+        cross, change = Span(rho[0].h, value, slope, zero), Span(rho[0].h, step, 0 * step, zero)
+        if low.any():
+            rigid = rho[1]
+            if self.first.order == self.second.order:
+                rigid = polynomial(c, h, self._rigid[:0:-1])
+                cross = chosen(low, m[0] * rigid, cross)
+            else:
+                cross = chosen(low, m[0] * rho[1] - m[1] * rho[0], cross)
+            change = chosen(low, rigid, change)
         return cross, rho[0][i] * change[j] - rho[0][j] * change[i]
 
     def product(self, one: ComplexArray, two: ComplexArray) -> complex:
@@ -216,10 +213,10 @@ class Distance:
         W = np.abs(A[:, i] * E[:, j] - A[:, j] * E[:, i]) ** 2
         return np.asarray((B.conj() * A).sum(1)), np.sqrt(W.sum(1) / _lengths(A, B))
 
-    def turn(self, a: Array, b: Array, taken: tuple[IntArray, IntArray], low: bool) -> Array:
+    def turn(self, a: Array, b: Array, taken: tuple[IntArray, IntArray]) -> Array:
         """Return the change of arg(m n̄) on intervals."""
         one, two = taken
-        return self.first.turn(a, b, one, low) - self.second.turn(a, b, two, low)
+        return self.first.turn(a, b, one) - self.second.turn(a, b, two)
 
     def sine(self, one: Direction, two: Direction) -> float:
         """Return the angle of two directions."""
@@ -243,12 +240,12 @@ class Kept:
     def __init__(self, first: GraphLine, second: GraphLine) -> None:
         self.first, self.second = first, second
 
-    def enclosed(self, c: Array, h: Array, low: bool) -> Angle:
-        """Return the angle on intervals, all of them near the origin or none."""
+    def enclosed(self, c: Array, h: Array, low: BoolArray) -> Angle:
+        """Return the angle on intervals, some of them near the origin."""
         directions, times, taken = [], [], []
         for line in (self.first, self.second):
             near = line.near(c, h)
-            nearest = np.full(len(c), len(line.sigma)) if low else _largest(near.u)[0]
+            nearest = np.where(low, len(line.sigma), _largest(near.u)[0])
             near = near.without(nearest)
             rest = line.rest(c, h, near, low)
             rest = Span(rest.h, rest.value, rest.slope, rest.curve + line.bend(near))
@@ -269,10 +266,10 @@ class Kept:
         found = (A * B).sum(1)
         return np.asarray(found), np.abs(found) / np.sqrt(_lengths(A, B))
 
-    def turn(self, a: Array, b: Array, taken: tuple[IntArray, IntArray], low: bool) -> Array:
+    def turn(self, a: Array, b: Array, taken: tuple[IntArray, IntArray]) -> Array:
         """Return the change of arg(m n) on intervals."""
         one, two = taken
-        return self.first.turn(a, b, one, low) + self.second.turn(a, b, two, low)
+        return self.first.turn(a, b, one) + self.second.turn(a, b, two)
 
     def sine(self, one: Direction, two: Direction) -> float:
         """Return the sine that is kept by two directions."""
@@ -291,11 +288,6 @@ def _largest(u: ComplexArray) -> tuple[IntArray, Array]:
     size = u.real**2 + u.imag**2
     k = size.argmax(axis=1)
     return k, size[np.arange(len(u)), k]
-
-
-def _none(near: Near, other: Near) -> tuple[IntArray, IntArray]:
-    m = len(near.u)
-    return np.full(m, near.u.shape[1]), np.full(m, other.u.shape[1])
 
 
 def _pairs(one: ComplexArray, two: ComplexArray) -> tuple[IntArray, IntArray]:

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray, IntArray
+from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +81,17 @@ class Span:
     def total(self) -> Span:
         """Σ f of several functions, shape (m,)."""
         return Span(self.h[:, 0], self.value.sum(1), self.slope.sum(1), self.curve.sum(1))
+
+
+def chosen(here: BoolArray, one: Span, other: Span) -> Span:
+    """Return one function on some intervals, another on all others."""
+    pick = here[:, None] if one.value.ndim == 2 else here
+    return Span(
+        other.h,
+        np.where(pick, one.value, other.value),
+        np.where(pick, one.slope, other.slope),
+        np.where(pick, one.curve, other.curve),
+    )
 
 
 def power(c: Array, h: Array, k: int) -> Span:
