@@ -30,8 +30,6 @@ _GRADED, _GRADES, _WIDE = 8.0, 20, 30.0
 # Lines that come so near to a right angle touch: how often the product turns has no meaning.
 TOUCHING = 1 - 1e-9
 _ROUNDING = 1e-14  # of products, where lines are known
-
-
 _HIDDEN = "a pole on the axis is hidden, or several are at one place of it"
 
 
@@ -119,6 +117,8 @@ class _Search:
             *(self.sign * self._sine(place) + place.away for place in self.places),
         )  # fmt: skip
         best = self.best
+        if proved >= (1.0 if self.lines.larger else 0.0):  # errors may turn the product about zero
+            self.turn = None
         lower, upper = sorted((self.sign * (best - self._seen()), self.sign * proved))
         return Found(
             min(self.sign * best, 1.0), self.v, max(float(lower), 0.0), min(float(upper), 1.0),
@@ -217,6 +217,7 @@ class _Search:
         for line in self.pair:
             for passed in line.passed:
                 points = points[np.abs(points - passed.v) > 1e-10 * passed.v]
+        points[[0, -1]] = low, high
         return points[:-1], points[1:]
 
     def _run(self, places: list[Place]) -> None:

@@ -45,8 +45,7 @@ class GeneralisedMargin:
         Where the loop is most sensitive; None for infinite frequency or an unstable loop.
     stable : bool
     bounds : tuple of float or None
-        The margin is between them, proved as `NuGap.bounds` are; None of plants with several
-        inputs and several outputs.
+        The margin is between them, proved as `NuGap.bounds` are; None where those are.
     intervals : int
         How many proved it.
     doubt : str
@@ -110,13 +109,17 @@ def ncf_margin(
     """
     pair = paired(plant, controller, sign).on_one_clock()
     units = signal_units(pair.plant, output_scale, input_scale)
+    doubt = ""
     if 1 in (pair.plant.ninputs, pair.plant.noutputs):
-        return _proved(pair, units)
+        try:
+            return _proved(pair, units)
+        except UndecidedAngleError as error:
+            doubt = f"not proved: {error}"
     closed = _closed(pair)
     if not closed.stable:
-        return GeneralisedMargin(0.0, None, False)
+        return GeneralisedMargin(0.0, None, False, doubt=doubt)
     peak = closed.scaled(1 / units, units).peak()
-    return GeneralisedMargin(1 / peak.value, hertz(peak.omega, pair.plant), True)
+    return GeneralisedMargin(1 / peak.value, hertz(peak.omega, pair.plant), True, doubt=doubt)
 
 
 def _proved(pair: Pair, units: Array) -> GeneralisedMargin:
@@ -126,10 +129,7 @@ def _proved(pair: Pair, units: Array) -> GeneralisedMargin:
     scale = units[p:] / units[:p]
     plant = graph_line(pair.plant, scale, "plant")
     controller = graph_line(pair.negative, 1 / scale, "controller")
-    try:
-        found = extreme(Kept(plant, controller))
-    except UndecidedAngleError:  # what feedback does not move stays on the stability limit
-        return GeneralisedMargin(0.0, None, False, (0.0, 0.0))
+    found = extreme(Kept(plant, controller))
     doubt = "the margin is hidden by rounding" if found.upper - found.lower > KNOWN else ""
     if found.turn is None:
         stable, doubt = _closed(pair).stable, "stability is what computed poles say of it"

@@ -44,8 +44,9 @@ class NuGap:
         Whether the winding-number condition holds.
     bounds : tuple of float or None
         The gap is between them, proved by intervals over the whole axis, rounding included:
-        no more than 1e-9 apart, or `doubt` says why.  None of plants with several inputs and
-        several outputs, whose gap is computed and not proved.
+        no more than 1e-9 apart, or `doubt` says why.  None where the gap is computed and not
+        proved: of plants with several inputs and several outputs, and with several poles at
+        one place of the axis beside the origin.
     intervals : int
         How many proved it.
     doubt : str
@@ -269,8 +270,12 @@ def gap_between(first: PlantGraph, second: PlantGraph) -> NuGap:
                 where="gap_between",
                 remedy="give the plants to nu_gap, which matches them by name",
             )
+    doubt = ""
     if first.is_line:
-        return _proved(first, second)
+        try:
+            return _proved(first, second)
+        except UndecidedAngleError as error:
+            doubt = f"not proved: {error}"
     distance = second.left.after(first.right).peak()
     fits = distance.value < TOUCHING and winding(second.right, first.right)
     return NuGap(
@@ -278,20 +283,14 @@ def gap_between(first: PlantGraph, second: PlantGraph) -> NuGap:
         hertz(distance.omega, first.system),
         min(distance.value, 1.0),
         fits,
+        doubt=doubt,
     )
 
 
 def _proved(first: PlantGraph, second: PlantGraph) -> NuGap:
     """Return the gap of two lines."""
     one, two = first.line, second.line
-    try:
-        found = extreme(Distance(one, two))
-    except UndecidedAngleError as error:
-        raise InputError(
-            f"the plants have no normalised coprime factors to working precision: {error}",
-            where="nu_gap",
-            remedy="leave out modes on the axis that the input does not reach or no output sees",
-        ) from error
+    found = extreme(Distance(one, two))
     touching = found.value >= TOUCHING
     turns = None if touching else found.turn
     excess = one.unstable - two.unstable + (one.order - two.order) / 2
