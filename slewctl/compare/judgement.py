@@ -7,7 +7,7 @@ and not before; `slewctl.compare.quantities` lists what can be read.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,7 @@ from slewctl.loop.noise import NoiseLevels, noise_levels
 from slewctl.loop.single.sensitivity import complementary_sensitivity_peak
 from slewctl.model import Truth, truth
 from slewctl.numerics.hinf_norm import Peak
-from slewctl.plant import Objective, generalised_plant
+from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
 
 # Verdicts are followed over truths of twice the modes up to this many.
 MOST_MODES = 2 * MOST_TRUTH_MODES
@@ -47,6 +47,11 @@ class Yardstick:
         """Flexible modes of the truth."""
         return self.model.modes
 
+    @cached_property
+    def plant(self) -> GeneralisedPlant:
+        """The generalised plant of the objective on the truth."""
+        return generalised_plant(self.model, self.objective)
+
     def optimum(self, sample_time: float = 0.0, delay: float = 0.0) -> Controller:
         """Return the H2-optimal controller for the truth itself.
 
@@ -58,9 +63,8 @@ class Yardstick:
         """
         key = (sample_time, delay)
         if key not in self._optima:
-            plant = generalised_plant(self.model, self.objective)
             clock = {"sample_time": sample_time, "delay": delay} if sample_time else {}
-            self._optima[key] = lqg(plant, **clock)
+            self._optima[key] = lqg(self.plant, **clock)
         return self._optima[key]
 
     @cached_property
@@ -73,7 +77,8 @@ class Yardstick:
 
     def judge(self, controller: Controller, slew: Slew) -> Judgement:
         """Return what a controller achieves on the truth."""
-        return Judgement(close(self.model, self.objective, controller), self, slew)
+        loop = close(self.model, self.objective, controller)
+        return Judgement(replace(loop, known=self.plant), self, slew)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,7 @@ from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.loop.tracking import tracking_controller, tracking_loop
 from slewctl.model import Model
 from slewctl.numerics.frequency_response import FrequencyResponse
-from slewctl.numerics.h2_norm import H2Cost, h2_cost
+from slewctl.numerics.h2_norm import H2Cost, cost_of_loop
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import stability_threshold
@@ -46,16 +46,19 @@ class Loop:
         Disturbances and cost by which it is judged.
     controller : Controller
         Designed on any model of the same arm; which arm that was is not checked.
+    known : GeneralisedPlant, optional
+        That of the objective on the model, where several loops share it.
     """
 
     model: Model
     objective: Objective
     controller: Controller
+    known: GeneralisedPlant | None = field(default=None, kw_only=True)
 
     @cached_property
     def plant(self) -> GeneralisedPlant:
         """The generalised plant of the objective on the model."""
-        return generalised_plant(self.model, self.objective)
+        return self.known or generalised_plant(self.model, self.objective)
 
     @property
     def late(self) -> float:
@@ -144,6 +147,8 @@ class Loop:
     def factors(self) -> FactoredLoop:
         """L as plant, controller and dead time, the arm's lags on the controller's side."""
         arm = bare_equations(self.model, self.objective.sensors, self.objective.actuator)
+        if arm.nstates == self._path.nstates:  # no lags: the plant's modes are known already
+            return factored(self._path, negated(self.controller.linear), self.late)
         controller = with_lags(self.controller.linear, self.model.arm)
         return factored(arm, negated(controller), self.late)
 
@@ -181,7 +186,7 @@ class Loop:
         self.require_stable("an H2 cost")
         if np.any(np.asarray(self.linear.D)):
             return H2Cost(np.inf, 0.0)  # sensor noise passes straight to the actuator
-        return h2_cost(*(np.asarray(getattr(self.linear, name)) for name in "ABC"))
+        return cost_of_loop(*(np.asarray(getattr(self.linear, name)) for name in "ABC"))
 
     def response(self, omega: Array) -> ComplexArray:
         """Return L at each ω in rad/s: L(jω), or L(e^(jωT)) of a sampled loop."""

@@ -97,14 +97,9 @@ class Realisation:
         """
         p, m = self.D.shape
         # At the junctions: y = C x + D u + v and u = C_K x_K + D_K y, u with w added at the plant.
-        junction = np.block([[np.eye(p), -self.D], [-K.D, np.eye(m)]])
-        if np.linalg.cond(junction) > 1e12:
-            raise InputError(
-                "the loop is not well posed: 1 minus the product of both feedthroughs is singular",
-                where="loop",
-                remedy="remove a feedthrough, or change its size",
-            )
-        outputs = np.linalg.solve(junction, diagonal(self.C, K.C))  # [y; u] from the states
+        junction = check_well_posed(self.D, K.D)
+        # [y; u] from the states.
+        outputs: Array = np.asarray(np.linalg.solve(junction, diagonal(self.C, K.C)), dtype=float)
         passed = np.linalg.solve(
             junction, np.block([[np.eye(p), self.D], [np.zeros((m, p)), np.zeros((m, m))]])
         )
@@ -118,6 +113,25 @@ class Realisation:
             outputs,
             passed,
         )
+
+
+def check_well_posed(D: Array, K: Array) -> Array:
+    """Return [I −D; −K I] of the feedthroughs of a plant and its controller, u = K y.
+
+    Raises
+    ------
+    InputError
+        If it is singular.
+    """
+    p, m = D.shape
+    junction: Array = np.block([[np.eye(p), -D], [-K, np.eye(m)]])
+    if np.linalg.cond(junction) > 1e12:
+        raise InputError(
+            "the loop is not well posed: 1 minus the product of both feedthroughs is singular",
+            where="loop",
+            remedy="remove a feedthrough, or change its size",
+        )
+    return junction
 
 
 def realisation(system: object, where: str) -> Realisation:

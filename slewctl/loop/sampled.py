@@ -53,7 +53,7 @@ class SampledLoop(Loop):
     @cached_property
     def plant(self) -> GeneralisedPlant:
         """The generalised plant without the arm's dead time, which delays the hold."""
-        return generalised_plant(self.model, self.objective).exact
+        return (self.known or generalised_plant(self.model, self.objective)).exact
 
     @cached_property
     def late(self) -> float:

@@ -21,7 +21,8 @@ class H2Cost:
     value : float
         tr C P Cᵀ with the controllability Gramian P.
     discrepancy : float
-        Relative difference to tr BᵀWB with the observability Gramian W.
+        Relative difference to tr BᵀWB with the observability Gramian W, or of `cost_of_loop`
+        that and what else may be missing.
     """
 
     value: float
@@ -62,6 +63,46 @@ def h2_cost(A: Array, B: Array, C: Array) -> H2Cost:
     return _refined_cost(A, B, C, best) if best.discrepancy > _DOUBTFUL else best
 
 
+def cost_of_loop(A: Array, B: Array, C: Array) -> H2Cost:
+    """Return ‖C(sI − A)⁻¹B‖₂² of a stable system from its poles and residues, or as `h2_cost`.
+
+    With poles λᵢ and residues cᵢbᵢᵀ it is −Σ (c̄ᵢᵀcⱼ)(bⱼᵀb̄ᵢ)/(λ̄ᵢ + λⱼ), in a half of the time
+    from forty modes on.  What it misses is tr W R, to first order: R = AP + PAᵀ + BBᵀ is what
+    the Gramian P leaves of its equation, W the other Gramian.  Where that, rounding and the
+    difference of both Gramians are more than 1e-9 of the cost, as where two poles nearly meet,
+    Lyapunov equations are solved.
+
+    Parameters
+    ----------
+    A, B, C : ndarray, shapes (n, n), (n, m), (p, n)
+        A must be stable; the caller decides stability first.
+    """
+    found = _modal_cost(A, B, C)
+    return found if found and found.discrepancy <= _MISSED else h2_cost(A, B, C)
+
+
+def _modal_cost(A: Array, B: Array, C: Array) -> H2Cost | None:
+    """Return the cost with what it misses, and rounding, as its discrepancy."""
+    scale = balance_realisation(A, B, C)
+    A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
+    poles, V = np.linalg.eig(A)
+    try:
+        inverse = np.linalg.inv(V)
+    except np.linalg.LinAlgError:
+        return None
+    b, c, sums = inverse @ B, C @ V, poles[:, None] + poles.conj()
+    P = -(V @ (b @ b.conj().T / sums) @ V.conj().T).real
+    W = -(inverse.conj().T @ (c.conj().T @ c / sums.conj()) @ inverse).real
+    half = A @ P
+    missed = float(np.sum(W * (half + half.T + B @ B.T)))
+    rounding = 2 * len(A) * np.finfo(float).eps * float(np.sum(np.abs(W) * (np.abs(A) @ np.abs(P))))
+    first = _cost(B, C, P, W)
+    size = max(abs(first.value), float(np.finfo(float).tiny))
+    return H2Cost(first.value, float(first.discrepancy + (abs(missed) + rounding) / size))
+
+
+# What poles and residues may miss of a cost.
+_MISSED = 1e-9
 # Gramians that agree so well are as exact as these numbers get.
 _AGREED = 1e-12
 # Those that agree no better are worth a refinement, which takes ten times as long.

@@ -24,7 +24,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import LinAlgError, eig
-from scipy.sparse.csgraph import connected_components
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.errors import AccuracyError
@@ -227,8 +226,14 @@ def linked(joined: BoolArray) -> list[IntArray]:
     >>> [group.tolist() for group in linked(near(np.array([1, 5, 1.1, 1.2]), 0.1))]
     [[0, 2, 3], [1]]
     """
-    count, labels = connected_components(joined, directed=False)
-    return [np.flatnonzero(labels == k) for k in range(count)]
+    n = len(joined)
+    labels, joined = np.arange(n), joined | joined.T | np.eye(n, dtype=bool)
+    while True:  # the smallest index within reach, and what that one has reached
+        least = np.where(joined, labels, n).min(axis=1, initial=n)
+        least = least[least]
+        if np.array_equal(least, labels):
+            return [np.flatnonzero(labels == k) for k in np.unique(labels)]
+        labels = least
 
 
 def invariant_basis(

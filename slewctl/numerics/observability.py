@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
@@ -19,14 +21,24 @@ _ON_THE_EDGE = 1e-9
 def pole_rounding(A: Array) -> tuple[ComplexArray, Array]:
     """Return the eigenvalues of A, and how far rounding may have moved each.
 
-    To first order, and entry by entry: |y|ᵀ|A||x| / |yᴴx| with the eigenvectors of the
-    balanced matrix.  A slow pole beside a fast one keeps its own accuracy.
+    Of the same matrix, which several checks ask about, the same again.  To first order, and
+    entry by entry: |y|ᵀ|A||x| / |yᴴx| with the eigenvectors of the balanced matrix.  A slow
+    pole beside a fast one keeps its own accuracy.
     """
-    found = Eigensystem.of(A)
+    A = np.ascontiguousarray(A, dtype=float)
+    return _rounded(A.tobytes(), len(A))
+
+
+@lru_cache(maxsize=8)
+def _rounded(entries: bytes, n: int) -> tuple[ComplexArray, Array]:
+    found = Eigensystem.of(np.frombuffer(entries).reshape(n, n))
     # A double pole moves by the root of what rounds it.
     size = np.abs(found.left).T * (np.abs(found.balanced) @ np.abs(found.right))
     moved = np.sum(size, axis=0) / np.abs(found.meeting)
-    return found.poles, 4 * len(A) * np.finfo(float).eps * moved
+    moved *= 4 * n * np.finfo(float).eps
+    for array in (found.poles, moved):
+        array.flags.writeable = False
+    return found.poles, moved
 
 
 def poles_and_growth(A: Array, sample_time: float) -> tuple[ComplexArray, float]:
@@ -72,9 +84,32 @@ def unobservable_modes(
     ndarray of complex
         With non-negative imaginary part.  Empty when (A, C) is detectable.
     """
+    return _unseen(A, C, pole_rounding(A), sampled, only_on_the_edge)
+
+
+def unreachable_modes(
+    A: Array, B: Array, *, sampled: bool = False, only_on_the_edge: bool = False
+) -> ComplexArray:
+    """Return the eigenvalues of A, not stable, that B does not reach; see `unobservable_modes`.
+
+    Parameters
+    ----------
+    A, B : ndarray, shapes (n, n), (n, m)
+    sampled, only_on_the_edge : bool
+    """
+    return _unseen(A.T, B.T, pole_rounding(A), sampled, only_on_the_edge)
+
+
+def _unseen(
+    A: Array,
+    C: Array,
+    known: tuple[ComplexArray, Array],
+    sampled: bool,
+    only_on_the_edge: bool,
+) -> ComplexArray:
     scale = balance(A)
     As, Cs = A / scale[:, None] * scale, C * scale
-    values, rounding = pole_rounding(A)
+    values, rounding = known
     rest = 1.0 if sampled else 0.0  # the pole of what stays where it is
     growth = np.abs(values) - 1 if sampled else values.real
     edge = np.maximum(_ON_THE_EDGE * np.abs(values - rest), rounding)
@@ -82,11 +117,15 @@ def unobservable_modes(
     if only_on_the_edge:
         suspect &= growth <= edge
     hidden = []
-    for value, error in zip(values[suspect], edge[suspect], strict=True):
+    seen: dict[tuple[complex, float], bool] = {}
+    for value, error in zip(values[suspect].tolist(), edge[suspect].tolist(), strict=True):
         # Of two poles at rest rounding makes a pair beside them.
         exact = [rest] if abs(value - rest) <= 10 * error else []
         for candidate in (*exact, value):
-            if not _sees(As, Cs, candidate, error):
+            tried = (complex(candidate), error)
+            if tried not in seen:
+                seen[tried] = _sees(As, Cs, candidate, error)
+            if not seen[tried]:
                 hidden.append(candidate)
                 break
     return np.array(hidden, dtype=complex)

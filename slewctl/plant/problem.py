@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -167,9 +168,9 @@ class GeneralisedPlant(Described, WithSystem):
         """The plant from the actuator to the measurements, as a named system."""
         return self.path.to_control()
 
-    @property
+    @cached_property
     def path(self) -> LinearSystem:
-        """The same without python-control."""
+        """The same without python-control; always one object, whose modes are found once."""
         return LinearSystem(
             self.A,
             self.B2,

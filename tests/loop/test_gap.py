@@ -157,7 +157,7 @@ def test_a_margin_larger_than_the_gap_keeps_the_loop_stable() -> None:
     """With Vinnicombe's bound on the margin that is left: none violated; both outcomes occur."""
     rng = np.random.default_rng(1)
     safe = lost = 0
-    for _ in range(80):
+    for _ in range(40):
         plant = flexible_plant(rng, int(rng.integers(1, 5)), 1, int(rng.integers(1, 3)))
         controller = lqg_controller(rng, plant)
         other = perturbed(rng, plant)
@@ -169,8 +169,8 @@ def test_a_margin_larger_than_the_gap_keeps_the_loop_stable() -> None:
             left = np.sin(np.arcsin(b.value) - np.arcsin(gap.value))
             assert after.value >= left * (1 - 1e-6)
         lost += not after.stable
-    assert safe > 8
-    assert lost > 5
+    assert safe > 4
+    assert lost > 3
 
 
 def test_units() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+import mpmath as mp
 import numpy as np
 import pytest
 from flexible_plants import Array, arm_plant, oscillators, random_rotation
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from slewctl import lqg
-from slewctl.numerics.h2_norm import h2_cost
+from slewctl.numerics.h2_norm import _modal_cost, cost_of_loop, h2_cost
 
 RATIOS = st.floats(1e-4, 0.5)
 
@@ -104,3 +105,54 @@ def test_a_pole_far_away_warns_nobody() -> None:
     slow, fast = 1e-17, 1.0
     found = h2_cost(np.diag([-slow, -fast]), np.array([[0.0], [1.0]]), np.array([[0.0, 1.0]]))
     assert found.value == pytest.approx(1 / (2 * fast), rel=1e-12)
+
+
+def exact_cost(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> float:
+    """Return tr C P Cᵀ in 50 digits, from the Kronecker form of the Lyapunov equation."""
+    with mp.workdps(50):
+        a, b, c = (mp.matrix(matrix.tolist()) for matrix in (A, B, C))
+        n, q = len(A), b * b.T
+        big = mp.zeros(n * n)
+        for i in range(n):
+            for j in range(n):
+                for k in range(n):
+                    big[i * n + j, k * n + j] += a[i, k]
+                    big[i * n + j, i * n + k] += a[j, k]
+        P = mp.lu_solve(big, mp.matrix([-q[i, j] for i in range(n) for j in range(n)]))
+        seen = c.T * c
+        return float(sum(seen[i, j] * P[i * n + j] for i in range(n) for j in range(n)))
+
+
+@pytest.mark.parametrize("apart", [0.5, 1e-3, 1e-6, 1e-9, 1e-13, 0.0])
+def test_poles_and_residues_know_what_they_miss(apart: float) -> None:
+    """Two poles that nearly meet, or do: wrong by no more than is said, and by Lyapunov then."""
+    rng = np.random.default_rng(4)
+    for _ in range(4):
+        w, z = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-4, -1)
+        A = np.zeros((4, 4))
+        A[:2, :2] = [[-0.3, 1.0], [0.0, -0.3 - apart]]
+        A[2:, 2:] = [[0.0, w], [-w, -2 * z * w]]
+        T = np.linalg.qr(rng.normal(size=(4, 4)))[0] * 10 ** rng.uniform(-1, 1, 4)
+        A = T @ A @ np.linalg.inv(T)
+        B, C = rng.normal(size=(4, 2)), rng.normal(size=(3, 4))
+        exact, quick = exact_cost(A, B, C), _modal_cost(A, B, C)
+        found = cost_of_loop(A, B, C)
+        assert found.value == pytest.approx(exact, rel=1e-9)
+        if quick and quick.discrepancy < 1e-3:  # to first order
+            assert abs(quick.value / exact - 1) <= quick.discrepancy
+        if apart >= 1e-3:
+            assert found == quick
+        if apart <= 1e-13:
+            assert found == h2_cost(A, B, C)
+
+
+def test_poles_and_residues_of_flexible_loops_are_as_good_as_two_gramians() -> None:
+    rng = np.random.default_rng(5)
+    for modes in (3, 12, 30):
+        omega, zeta = 10 ** rng.uniform(-1, 3, modes), 10 ** rng.uniform(-4, -1, modes)
+        A = np.block([[np.zeros((modes, modes)), np.diag(omega)],
+                      [-np.diag(omega), -np.diag(2 * zeta * omega)]])  # fmt: skip
+        B, C = rng.normal(size=(2 * modes, 2)), rng.normal(size=(2, 2 * modes))
+        found = cost_of_loop(A, B, C)
+        assert found.discrepancy < 1e-9
+        assert found.value == pytest.approx(h2_cost(A, B, C).value, rel=1e-11)

@@ -33,7 +33,6 @@ from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.loop import Loop, PlantGraph, gap_between, ncf_margin, plant_graph
 from slewctl.loop.robust.destabilised_mode import destabilised_mode
 from slewctl.model import total_inertia
-from slewctl.plant import generalised_plant
 
 # Left out of a row: the same in decibels, and what has no size without units.  The noise of a
 # study is known up to a factor only, so that cost and levels under noise say nothing.
@@ -237,8 +236,7 @@ class Place:
     @cached_property
     def truth_graph(self) -> PlantGraph:
         """The truth, for the ν-gap to every design model."""
-        plant = generalised_plant(self.judge.truth, self.judge.case.objective)
-        return plant_graph(plant.path, **self.units)
+        return plant_graph(self.judge.yardstick.plant.path, **self.units)
 
     def evaluate(
         self, basis: str, n: int, method: str, clock: Mapping[str, float] | None = None

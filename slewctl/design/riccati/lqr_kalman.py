@@ -20,7 +20,7 @@ from slewctl.numerics.matrix_equations import (
     solve_discrete_riccati,
 )
 from slewctl.numerics.modes import at_origin
-from slewctl.numerics.observability import unobservable_modes
+from slewctl.numerics.observability import unobservable_modes, unreachable_modes
 from slewctl.plant import GeneralisedPlant, check_plant, continuous_equivalent
 
 
@@ -247,7 +247,7 @@ def _check_regulator(plant: AnyPlant, C: Array, D: Array, where: str) -> None:
     )
     _refuse(
         plant,
-        _hidden(plant, plant.A.T, plant.B2.T),
+        _on_clock(plant, unreachable_modes(plant.A, plant.B2, sampled=plant.sample_time > 0)),
         f"is not reached by the {plant.actuator}",
         plant.actuator,
         "leave it out",
@@ -273,7 +273,12 @@ def _check_filter(plant: AnyPlant, C: Array, D: Array) -> None:
     excited = Regulator.of(plant.A.T, plant.C2.T, C, D)
     _refuse(
         plant,
-        _hidden(plant, excited.A, excited.C, only_on_the_edge=True),
+        _on_clock(
+            plant,
+            unreachable_modes(
+                excited.A.T, excited.C.T, sampled=plant.sample_time > 0, only_on_the_edge=True
+            ),
+        ),
         "is not excited by any disturbance",
         "noise",
         "damp it, or give it a disturbance of its own",
@@ -283,7 +288,12 @@ def _check_filter(plant: AnyPlant, C: Array, D: Array) -> None:
 def _hidden(plant: AnyPlant, A: Array, C: Array, *, only_on_the_edge: bool = False) -> ComplexArray:
     sampled = plant.sample_time > 0
     found = unobservable_modes(A, C, sampled=sampled, only_on_the_edge=only_on_the_edge)
-    return continuous_equivalent(found, plant.sample_time) if sampled else found
+    return _on_clock(plant, found)
+
+
+def _on_clock(plant: AnyPlant, poles: ComplexArray) -> ComplexArray:
+    """Return poles of a plant in rad/s."""
+    return continuous_equivalent(poles, plant.sample_time) if plant.sample_time else poles
 
 
 def _refuse(plant: AnyPlant, modes: ComplexArray, what: str, where: str, remedy: str) -> None:

@@ -20,9 +20,11 @@ from slewctl._types import Array
 from slewctl.design import Controller
 from slewctl.errors import InputError
 from slewctl.loop.parts import Pair, Plant, System, paired
-from slewctl.loop.realisation import Realisation, hertz, realisation
+from slewctl.loop.realisation import Realisation, check_well_posed, hertz, realisation
+from slewctl.loop.robust.angle_search import KNOWN, UndecidedAngleError, extreme
+from slewctl.loop.robust.line_pair import Kept
 from slewctl.loop.robust.mu import balanced_scales, minimised
-from slewctl.loop.robust.nu_gap import signal_units
+from slewctl.loop.robust.nu_gap import graph_line, signal_units
 from slewctl.numerics.frequency_response import FrequencyResponse
 
 # The best units are sought within this factor, in nepers, and to this accuracy of b.
@@ -42,11 +44,20 @@ class GeneralisedMargin:
     frequency_hz : float or None
         Where the loop is most sensitive; None for infinite frequency or an unstable loop.
     stable : bool
+    bounds : tuple of float or None
+        The margin is between them, proved as `NuGap.bounds` are; None where those are.
+    intervals : int
+        How many proved it.
+    doubt : str
+        Why the bounds are more than 1e-9 apart, or what was not proved; empty else.
     """
 
     value: float
     frequency_hz: float | None
     stable: bool
+    bounds: tuple[float, float] | None = None
+    intervals: int = 0
+    doubt: str = ""
 
 
 def ncf_margin(
@@ -80,20 +91,62 @@ def ncf_margin(
     InputError
         If they do not fit together, or the loop is not well posed.
 
+    Notes
+    -----
+    With one input, or one output, the least sine between the line of the plant and what is
+    orthogonal to that of the controller, by intervals over the whole axis as `nu_gap`; stability
+    from the turns of 1 + L.  With several of both, ‖·‖∞ by level sets.
+
     Examples
     --------
     >>> import control
     >>> import slewctl as sc
-    >>> round(sc.ncf_margin(control.tf([1], [1, 0]), 1.0).value, 4)  # 1/√2 of an integrator
-    0.7071
+    >>> b = sc.ncf_margin(control.tf([1], [1, 0]), 2.0)
+    >>> round(b.value, 4)  # 1/√5 of an integrator
+    0.4472
+    >>> b.bounds[0] <= 5**-0.5 <= b.bounds[1] < b.bounds[0] + 1e-9
+    True
     """
     pair = paired(plant, controller, sign).on_one_clock()
     units = signal_units(pair.plant, output_scale, input_scale)
+    doubt = ""
+    if 1 in (pair.plant.ninputs, pair.plant.noutputs):
+        try:
+            return _proved(pair, units)
+        except UndecidedAngleError as error:
+            doubt = f"not proved: {error}"
     closed = _closed(pair)
     if not closed.stable:
-        return GeneralisedMargin(0.0, None, False)
+        return GeneralisedMargin(0.0, None, False, doubt=doubt)
     peak = closed.scaled(1 / units, units).peak()
-    return GeneralisedMargin(1 / peak.value, hertz(peak.omega, pair.plant), True)
+    return GeneralisedMargin(1 / peak.value, hertz(peak.omega, pair.plant), True, doubt=doubt)
+
+
+def _proved(pair: Pair, units: Array) -> GeneralisedMargin:
+    """Return the margin that a controller keeps of the angle between two lines."""
+    check_well_posed(pair.plant.D, pair.positive.D)
+    p = pair.plant.noutputs
+    scale = units[p:] / units[:p]
+    plant = graph_line(pair.plant, scale, "plant")
+    controller = graph_line(pair.negative, 1 / scale, "controller")
+    found = extreme(Kept(plant, controller))
+    doubt = "the margin is hidden by rounding" if found.upper - found.lower > KNOWN else ""
+    if found.turn is None:
+        stable, doubt = _closed(pair).stable, "stability is what computed poles say of it"
+    else:
+        turns = found.turn / np.pi - (plant.order + controller.order) / 2
+        stable = abs(plant.unstable + controller.unstable - turns) < 0.25
+    if not stable:
+        doubt = "" if found.turn is not None else doubt
+        return GeneralisedMargin(0.0, None, False, (0.0, 0.0), found.intervals, doubt)
+    return GeneralisedMargin(
+        found.value,
+        found.hertz(pair.plant.sample_time),
+        True,
+        (found.lower, found.upper),
+        found.intervals,
+        doubt,
+    )
 
 
 def _closed(pair: Pair) -> Realisation:
