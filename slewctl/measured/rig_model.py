@@ -20,6 +20,7 @@ from slewctl.model.assembly import factors, ritz_modes
 from slewctl.numerics.balance import balance
 from slewctl.numerics.frequency_response import FrequencyResponse, axis_points
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.readings import measured
 from slewctl.plant.statespace import Actuator, arm_equations
 
 # Modes of the model: up to so many times the highest frequency measured, and as many beyond.
@@ -90,12 +91,21 @@ def modes_for(arm: Arm, highest_hz: float) -> Modes:
 
 
 @lru_cache(maxsize=32)
-def equations(arm: Arm, actuator: Actuator, sensors: tuple[str, ...], modes: Modes) -> LinearSystem:
+def equations(
+    arm: Arm, actuator: Actuator, sensor: str, modes: Modes, beside: tuple[str, ...] = ()
+) -> LinearSystem:
     """Return the continuous equations of an arm with so many modes, in modal coordinates.
 
-    They are kept: gain and dead time change without them.
+    The first output is what the sensor reads, behind its lags; signals `beside` it are the
+    arm's own.  Dead times are no part of it: gain and dead time change without them, and the
+    equations are kept.
     """
-    return arm_equations(modes.model(arm), sensors, actuator)
+    names = list(dict.fromkeys([sensor, *beside]))
+    bare = arm_equations(modes.model(arm), names, actuator)
+    # The arm's own signals first: the last outputs are those that are read.
+    own = [*(names.index(name) for name in beside), 0]
+    read = measured(LinearSystem(bare.A, bare.B, bare.C[own], bare.D[own]), arm, [sensor])
+    return LinearSystem(read.A, read.B, np.roll(read.C, 1, axis=0), np.roll(read.D, 1, axis=0))
 
 
 def response_of(

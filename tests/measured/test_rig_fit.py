@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 import slewctl as sc
-from slewctl.files import read_design
+from slewctl.files import read_arm, read_design
 from slewctl.measured import rig_problem
 from slewctl.measured.ellipsoid import ellipsoid_ends
 from slewctl.measured.fit_rig import _without_state
 from slewctl.measured.record_data import RecordData, smooth
 from slewctl.measured.response_data import ResponseData, rig_response
 from slewctl.measured.rig_model import Channel, Modes, modes_for
-from slewctl.measured.rig_parameters import Rig, parameters
+from slewctl.measured.rig_parameters import Rig, parameters, with_dead_time
 from slewctl.measured.rig_problem import RigProblem
 
 T = 0.01
@@ -222,3 +222,30 @@ def test_python_controls_data_are_fitted() -> None:
     found = sc.fit(TRUE, frd, ["gain", "delay"])
     assert found.gain == pytest.approx(0.85, rel=1e-6)
     assert found.delay == pytest.approx(0.017, rel=1e-5)
+
+
+def test_dead_times_and_lags_are_the_arms_own(tmp_path: Path) -> None:
+    slow = sc.Sensor(lag=0.003, delay=0.002)
+    arm = replace(TRUE, sensors={"theta": slow})
+    late = replace(arm, actuator=sc.Actuator(delay=0.015))
+    u = sc.prbs(300, seed=1)
+    beside = sc.simulated_log(arm, u, T, delay=0.015)
+    np.testing.assert_array_equal(sc.simulated_log(late, u, T).output, beside.output)
+    hz, channel = np.linspace(0.3, 40, 40), Channel("torque", "theta")
+    modes = Modes(12)
+    values = rig_response(Rig(late, 0.85, 0.02), channel, modes, 2 * np.pi * hz)
+    bare = rig_response(Rig(TRUE), channel, modes, 2 * np.pi * hz)
+    turned = 0.85 * np.exp(-2j * np.pi * hz * 0.02) / (1 + 2j * np.pi * hz * slow.lag)
+    np.testing.assert_allclose(values, bare * turned, rtol=1e-9)
+    found = sc.fit(late, sc.Response(hz, values), ["gain", "delay"])
+    assert found.delay == pytest.approx(0.02, rel=1e-5)
+    assert found.arm.drive.delay == pytest.approx(0.018, rel=1e-5)
+    assert found.arm.sensor("theta") == slow
+    (tmp_path / "arm.toml").write_text(found.to_toml(), encoding="utf-8")
+    assert read_arm(tmp_path / "arm.toml") == found.arm
+    # What was not freed is known, and the same response then only lacks 3 ms.
+    known = sc.fit(late, sc.Response(hz, values * np.exp(2j * np.pi * hz * 0.003)), ["gain"])
+    assert known.arm == late
+    assert known.gain == pytest.approx(0.85, rel=1e-5)
+    sooner = with_dead_time(late, "theta", 0.001)
+    assert (sooner.drive.delay, sooner.sensor("theta").delay) == (0.0, 0.001)
