@@ -15,6 +15,7 @@ from pydantic import ConfigDict, Field
 from slewctl.arm import Hub, Motor, Payload, Rayleigh
 from slewctl.compare import Case, Grid
 from slewctl.files.drive_tables import ActuatorTable, JointTable, SensorTable
+from slewctl.files.measured_table import MeasuredTable
 from slewctl.files.table import Count, Efficiency, Finite, NonNegative, Positive, T, Table
 from slewctl.files.table import told as _told
 
@@ -325,6 +326,10 @@ class DesignTable(Table):
             "a box of the arm's properties; the requirements hold on its worst arm too",
             {"box": {"payload_mass": [0.0, 0.2]}},
         ),
+    ] = None
+    measured: Annotated[
+        MeasuredTable | None,
+        _told("table", "a measured response to hold them on too", {"file": "response.csv"}),
     ] = None
 
 

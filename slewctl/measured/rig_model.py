@@ -27,6 +27,9 @@ from slewctl.plant.statespace import Actuator, arm_equations
 _REACH = 2.0
 _BEYOND = 5
 _MOST_MODES = 40
+# Modes that tell what an arm does slowly; a pole this near to zero, over the fastest, is one at
+# zero, of a rigid body, whose two are split so far by rounding; and how slow, over the others.
+_FEWEST_MODES, _AT_ZERO, _SLOW = 3, 1e-7, 1e-3
 # Polynomial terms on a panel beside two a mode: frequencies to 1e-7 and better.
 _TERMS, _FEWEST_TERMS = 6, 8
 
@@ -106,6 +109,25 @@ def equations(
     own = [*(names.index(name) for name in beside), 0]
     read = measured(LinearSystem(bare.A, bare.B, bare.C[own], bare.D[own]), arm, [sensor])
     return LinearSystem(read.A, read.B, np.roll(read.C, 1, axis=0), np.roll(read.D, 1, axis=0))
+
+
+def integrations(arm: Arm, actuator: str, sensor: str) -> int:
+    """Return how many poles at zero lie between an arm's actuator and a sensor's reading.
+
+    Parameters
+    ----------
+    arm : Arm
+    actuator : {"torque", "voltage"}
+    sensor : str
+    """
+    driven: Actuator = "voltage" if actuator == "voltage" else "torque"
+    system = equations(arm, driven, sensor, Modes(_FEWEST_MODES))
+    poles = np.abs(system.poles())
+    slow = _SLOW * float(np.min(poles[poles > _AT_ZERO * poles.max()]))
+    size = np.abs(FrequencyResponse(system)(np.array([slow, 2 * slow])))
+    if not np.all(size > 0):
+        return 0
+    return max(round(float(np.log2(size[0] / size[1]))), 0)
 
 
 def response_of(
