@@ -20,7 +20,7 @@ from slewctl.measured.response import Response
 from slewctl.measured.response_data import ResponseData, channel_of, highest_seen, thinned
 from slewctl.measured.rig_fit_result import RigFit
 from slewctl.measured.rig_model import modes_for
-from slewctl.measured.rig_parameters import Rig, parameters, with_dead_time
+from slewctl.measured.rig_parameters import DELAY, Rig, parameters, with_dead_time
 from slewctl.measured.rig_problem import RigProblem
 from slewctl.measured.roots import Root, figures, poles_and_zeros, seen
 from slewctl.measured.undetermined import coupled_groups
@@ -49,6 +49,7 @@ _QUIET = 2.0
 # Deviations from which dry friction is there, and its share of the input that is worth a word:
 # where the hub nearly stands, noise has a say in the sign of its rate.
 _CLEAR, _WORTH = 5.0, 1e-3
+_FAR = 30.0  # a factor from where it started that is worth a word
 _NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
 
 
@@ -186,7 +187,7 @@ def _on_record(problem: RigProblem, data: RecordData, start: Array) -> _Solution
             data.weigh(remainder, _slopes(problem, data, remainder, x))
         if round_ > _FREE:
             data.expect(problem.rig_at(x))
-        before, x = x, _descend_record(problem, data, x, _FINE if round_ > _FREE else _COARSE)
+        before, x = x, _descend_record(problem, data, x, fine=round_ > _FREE)
         remainder = data.state_part(problem.rig_at(x))
         moved = remainder.without(data.errors(problem.rig_at(before))) - remainder.vector
         if round_ > _FREE and np.linalg.norm(moved) < _SETTLED * np.sqrt(len(x)):
@@ -219,7 +220,12 @@ def _without_state(data: RecordData, remainder: Remainder, rig: Rig) -> Array:
     return remainder.without(data.errors(rig, remainder.gained))
 
 
-def _descend_record(problem: RigProblem, data: RecordData, start: Array, tolerance: float) -> Array:
+def _descend_record(problem: RigProblem, data: RecordData, start: Array, *, fine: bool) -> Array:
+    """Return where a descent ends; a fine one takes derivatives of second order.
+
+    Those of first order are wrong by half a step times the curvature, which in a light mode
+    that stands far above the noise moves the least squares by several deviations.
+    """
     kept: dict[bytes, Remainder] = {}
 
     def part(x: Array) -> Remainder:
@@ -230,10 +236,15 @@ def _descend_record(problem: RigProblem, data: RecordData, start: Array, toleran
         return kept[key]
 
     def jacobian(x: Array) -> Array:
-        return _slopes(problem, data, part(x), x)
+        return _slopes(problem, data, part(x), x, two_sided=fine)
 
     return problem.descend(
-        lambda x: part(x).vector, jacobian, start, robust=False, steps=_EACH, tolerance=tolerance
+        lambda x: part(x).vector,
+        jacobian,
+        start,
+        robust=False,
+        steps=_EACH,
+        tolerance=_FINE if fine else _COARSE,
     )
 
 
@@ -323,6 +334,12 @@ def _remarks(fit: RigFit, data: ResponseData, solution: _Solution) -> list[str]:
         if (size := max(each.value, 1e-300))
         and np.isfinite(each.standard_deviation)
         and each.standard_deviation > size / 2
+    ]
+    told += [
+        f"{each.name} is {each.value / each.start:.2g} times what the fit started with: look at "
+        "the response beside the fitted one"
+        for each in fit.estimates
+        if each.start and not 1 / _FAR < each.value / each.start < _FAR and each.name != DELAY
     ]
     if fit.log is None and data.scatter_known and fit.scatter > _NOT_CLOSE:
         told.append(

@@ -20,7 +20,7 @@ from slewctl._types import Array, ComplexArray, IntArray
 from slewctl.measured.estimate import noise_power
 from slewctl.measured.log import Log
 from slewctl.measured.response_data import channel_of
-from slewctl.measured.rig_model import HeldRig, Modes, equations
+from slewctl.measured.rig_model import HeldRig, Modes, equations, hold
 from slewctl.measured.rig_parameters import Rig
 from slewctl.numerics.frequency_response import FrequencyResponse, axis_points
 from slewctl.numerics.linear_system import LinearSystem
@@ -107,7 +107,7 @@ class RecordData:
 
     def _at_once(self, system: LinearSystem) -> Array:
         """Return what an input of one in a sample makes of the state."""
-        return HeldRig.of(system, self.channel.sample_time).now
+        return hold(system.A, system.B[:, 0], self.channel.sample_time)[1]
 
     def _columns(self, system: LinearSystem, rows: ComplexArray) -> ComplexArray:
         """Return what a state that gains one gives at each bin, and what dry friction of one."""

@@ -175,8 +175,8 @@ class HeldRig:
         whole = int(np.floor(delay / sample_time))
         part = min(max(delay / sample_time - whole, 0.0), 1.0)
         B = system.B[:, 0]
-        first, now = _held(system.A, B, (1 - part) * sample_time)
-        last, before = _held(system.A, B, part * sample_time)
+        first, now = hold(system.A, B, (1 - part) * sample_time)
+        last, before = hold(system.A, B, part * sample_time)
         return cls(first @ last, now, first @ before, system.C[0], whole, part, sample_time)
 
     def rows(self, omega: Array) -> ComplexArray:
@@ -190,7 +190,7 @@ class HeldRig:
         return np.asarray(found.reshape(len(omega), size))
 
 
-def _held(A: Array, B: Array, h: float) -> tuple[Array, Array]:
+def hold(A: Array, B: Array, h: float) -> tuple[Array, Array]:
     """Return e^(Ah) and ∫₀ʰ e^(As)B ds."""
     size = len(A)
     scale = np.ones(size + 1)

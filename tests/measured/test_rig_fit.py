@@ -17,7 +17,7 @@ import slewctl as sc
 from slewctl.files import read_arm, read_design
 from slewctl.measured import rig_problem
 from slewctl.measured.ellipsoid import ellipsoid_ends
-from slewctl.measured.fit_rig import _without_state
+from slewctl.measured.fit_rig import _descend_record, _without_state
 from slewctl.measured.record_data import RecordData, smooth
 from slewctl.measured.response_data import ResponseData, rig_response
 from slewctl.measured.rig_model import Channel, Modes, modes_for
@@ -104,6 +104,60 @@ def test_the_spectrum_of_noise_is_found_steep_or_flat() -> None:
     found = smooth(power)
     assert np.mean(np.log(found / shape)[20:]) == pytest.approx(0, abs=0.05)
     assert np.std(np.log(found / shape)[200:]) < 0.25
+
+
+def test_what_a_fit_has_taken_of_the_noise_is_no_lack_of_it() -> None:
+    rng = np.random.default_rng(2)
+    free = np.ones(400)
+    free[:40], free[200:210] = 0.25, 0.1  # as where a state, and where a light mode, is fitted
+    # So many of two squares are left at each bin, in the mean.
+    found = np.array([smooth(rng.gamma(free), free) for _ in range(600)])
+    assert np.mean(np.log(found[:, :40])) == pytest.approx(0, abs=0.05)
+    assert np.mean(np.log(found[:, 190:220])) == pytest.approx(0, abs=0.05)
+
+
+def quiet_light_rig() -> tuple[RecordData, RigProblem, np.ndarray]:
+    """Return the record of a mode far above the noise, what is free, and the true coordinates."""
+    light = sc.vary(TRUE, damping_ratio=[0.002, 0.01])
+    u = sc.prbs(3000, amplitude=0.2, hold=2, seed=3)
+    log = sc.simulated_log(light, u, T, gain=RIG.gain, delay=RIG.delay, noise=2e-4, seed=3)
+    data = RecordData(log, modes_for(NOMINAL, 40.0))
+    data.weight = np.full(len(data.omega), 1 / 2e-4)
+    free = parameters(NOMINAL, FREE, data.channel, 40.0)
+    problem = RigProblem(Rig(replace(light, damping_ratio=(0.01, 0.01))), free)
+    values = np.array([{**EXPECTED, "damping.1": 0.002}[each.name] for each in free])
+    values[0] = 1.0  # a factor on the stiffness that `light` has
+    scales = np.array([each.scale for each in free])
+    return data, problem, np.where(problem.logarithmic, np.log(values), values / scales)
+
+
+def test_a_descent_ends_where_the_squares_are_least() -> None:
+    data, problem, true = quiet_light_rig()
+    data.expect(problem.rig_at(true))
+    start = true + 1e-3 * np.array([0.3, 1.0, -1.0, 5.0, 0.0, 1.0])
+    found = _descend_record(problem, data, start, fine=True)
+    remainder = data.state_part(problem.rig_at(found))
+    slopes = problem.differences(partial(_without_state, data, remainder), found)
+    Q, R = np.linalg.qr(slopes)
+    # What one more step would be, in deviations, and how far the truth is.
+    assert np.linalg.norm(Q.T @ remainder.vector) < 0.1
+    assert np.sum((R @ (true - found)) ** 2) < chi2.ppf(0.999, len(true))
+
+
+def test_a_mode_that_the_input_hardly_moves_is_no_free_vibration() -> None:
+    data, problem, true = quiet_light_rig()
+    rig = problem.rig_at(true)
+    data.expect(rig)
+    u = np.concatenate([np.zeros(2), sc.prbs(3000, amplitude=0.2, hold=2, seed=3)]) * RIG.gain
+    system, held = data._held(rig)
+    x, states = np.zeros(len(held.transition)), []
+    for now, before in zip(u[1:], u[:-1], strict=True):
+        states.append(x)
+        x = held.transition @ x + held.now * now + held.before * before
+    moved = np.sqrt(2 * np.mean(np.square(states), axis=0) / data.count)
+    assert data._pull[0] == 0.0  # where an angle is counted from
+    assert system.A[:, 0].any() == 0
+    np.testing.assert_allclose(1 / data._pull[1:], moved[1:], rtol=0.35)
 
 
 @pytest.fixture(scope="module")
