@@ -2,9 +2,9 @@
 
 In the discrete Fourier transform over the record, Y = G U + C(zI − Φ)⁻¹z δ + noise holds
 exactly, where δ = x(0) − x(N) is what the state gained over the record: nothing leaks, however
-light a mode.  δ is eliminated, linear as it is, and so is dry friction at the hub, an input that
-a measured hub angle tells but for its size.  What is left is divided by the spectrum of the
-noise, which is read from the residual itself.  That is the prediction error method with a
+light a mode.  δ is eliminated, linear as it is and as large as the input makes it, and so is dry
+friction at the hub, an input that a measured hub angle tells but for its size.  What is left is
+divided by the spectrum of the noise, which is read from the residual itself.  That is the prediction error method with a
 free noise model; with white or coloured noise at the output it is right in closed loop too.
 (L. Ljung, System Identification, 2nd ed., 1999, chapters 7 and 13; R. Pintelon and
 J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, chapter 6.)
@@ -94,15 +94,19 @@ class RecordData:
     def errors(self, rig: Rig, gained: Array | float = 0.0) -> ComplexArray:
         """Return Y − G U at each bin, less the part of a state that gained so much."""
         system, held = self._held(rig)
-        rows = held.rows(self.omega)
-        found = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
-        if isinstance(gained, float):
-            return found
-        # As `_columns` times what was gained, which would fill more memory than it takes time.
-        size = rows.shape[1]
-        found -= self.z * (rows @ gained[:size])
-        if self._rubs is not None:
-            found += (rows @ self._at_once(system)) * self._rubs * gained[size]
+        wanted = [held.now, held.before]
+        if not isinstance(gained, float):
+            # `_columns` times what was gained, without making them.
+            size = len(held.transition)
+            wanted.append(gained[:size])
+            if self._rubs is not None:
+                wanted.append(self._at_once(system) * gained[size])
+        seen = held.rows(self.omega, np.column_stack(wanted)).T
+        found = self._errors(held, seen[0], seen[1], float(system.D[0, 0]), rig.gain)
+        if len(seen) > 2:
+            found -= self.z * seen[2]
+        if len(seen) > 3 and self._rubs is not None:
+            found += seen[3] * self._rubs
         return found
 
     def _at_once(self, system: LinearSystem) -> Array:
@@ -117,11 +121,17 @@ class RecordData:
         return np.column_stack([state, -(rows @ self._at_once(system)) * self._rubs])
 
     def _errors(
-        self, held: HeldRig, rows: ComplexArray, through: float, gain: float
+        self,
+        held: HeldRig,
+        seen_now: ComplexArray,
+        seen_before: ComplexArray,
+        through: float,
+        gain: float,
     ) -> ComplexArray:
+        """Return Y − G U from what Γ₀ and Γ₁ give at each bin."""
         d = min(held.whole, self.late - 1)
         now, before = self._delayed(d), self._delayed(d + 1)
-        found = (rows @ held.now) * now + (rows @ held.before) * before
+        found = seen_now * now + seen_before * before
         found = found + through * (before if held.part else now)
         return self.Y - gain * found
 
@@ -133,7 +143,8 @@ class RecordData:
         """Return the projection that takes the state's part out at a rig, with its errors."""
         system, held = self._held(rig)
         rows = held.rows(self.omega)
-        errors = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
+        now, before = rows @ held.now, rows @ held.before
+        errors = self._errors(held, now, before, float(system.D[0, 0]), rig.gain)
         return Remainder(errors, self._columns(system, rows), self.weight, self._pull)
 
     def expect(self, rig: Rig) -> None:

@@ -137,9 +137,9 @@ def response_of(
     if not sample_time:
         return FrequencyResponse(system)(omega) * np.exp(-1j * omega * delay)
     held = HeldRig.of(system, sample_time, delay)
-    rows = held.rows(omega)
+    now, before = held.rows(omega, np.column_stack([held.now, held.before])).T
     z = np.exp(-1j * omega * sample_time)
-    straight = rows @ held.now + z * (rows @ held.before)
+    straight = now + z * before
     late = system.D[0, 0] * (z if held.part else 1.0)
     return (straight + late) * z**held.whole
 
@@ -179,15 +179,16 @@ class HeldRig:
         last, before = hold(system.A, B, part * sample_time)
         return cls(first @ last, now, first @ before, system.C[0], whole, part, sample_time)
 
-    def rows(self, omega: Array) -> ComplexArray:
-        """Return C(zI − Φ)⁻¹ at each ω in rad/s, shape (ω, n)."""
+    def rows(self, omega: Array, columns: Array | None = None) -> ComplexArray:
+        """Return C(zI − Φ)⁻¹ at each ω in rad/s, shape (ω, n), or that times columns (n, m)."""
         size = len(self.transition)
+        right = np.eye(size) if columns is None else columns
         turned = LinearSystem(
-            self.transition.T, self.output[:, None], np.eye(size), np.zeros((size, 1)),
+            self.transition.T, self.output[:, None], right.T, np.zeros((right.shape[1], 1)),
             self.sample_time,
         )  # fmt: skip
         found = FrequencyResponse(turned).at(axis_points(omega, self.sample_time))
-        return np.asarray(found.reshape(len(omega), size))
+        return np.asarray(found.reshape(len(omega), right.shape[1]))
 
 
 def hold(A: Array, B: Array, h: float) -> tuple[Array, Array]:
