@@ -4,8 +4,9 @@ In the discrete Fourier transform over the record, Y = G U + C(zI − Φ)⁻¹z 
 exactly, where δ = x(0) − x(N) is what the state gained over the record: nothing leaks, however
 light a mode.  δ is eliminated, linear as it is and as large as the input makes it, and so is dry
 friction at the hub, an input that a measured hub angle tells but for its size.  What is left is
-divided by the spectrum of the noise, which is read from the residual itself.  That is the prediction error method with a
-free noise model; with white or coloured noise at the output it is right in closed loop too.
+divided by the spectrum of the noise, which is read from the residual itself.  That is the
+prediction error method with a free noise model; with white or coloured noise at the output it is
+right in closed loop too.
 (L. Ljung, System Identification, 2nd ed., 1999, chapters 7 and 13; R. Pintelon and
 J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, chapter 6.)
 """
