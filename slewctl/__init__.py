@@ -96,6 +96,7 @@ if TYPE_CHECKING:
     from slewctl.measured.fit import fit
     from slewctl.measured.fit_result import Fit
     from slewctl.measured.log import Log
+    from slewctl.measured.rational import RationalFit, fit_rational
     from slewctl.measured.read_log import read_log
     from slewctl.measured.read_response import read_response
     from slewctl.measured.response import Response
@@ -161,6 +162,7 @@ __all__ = [
     "Place",
     "Polynomial",
     "Problem",
+    "RationalFit",
     "Rayleigh",
     "Response",
     "RigFit",
@@ -187,6 +189,7 @@ __all__ = [
     "equal_appendages",
     "estimate_response",
     "fit",
+    "fit_rational",
     "generalised_plant",
     "given",
     "h2_estimator",

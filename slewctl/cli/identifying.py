@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, progress
 from slewctl.design import Controller, given
@@ -22,13 +20,10 @@ from slewctl.measured.read_log import read_log
 from slewctl.measured.read_response import read_response
 from slewctl.measured.response import Response
 from slewctl.measured.rig_fit_result import RigFit
-from slewctl.model import truth
+from slewctl.measured.rig_model import Modes, equations, integrations
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.plant.statespace import Actuator, arm_equations
+from slewctl.plant.statespace import Actuator
 
-# A pole this near to zero, over the fastest, is one at zero: those of a rigid body are split so
-# far by rounding.
-_AT_ZERO = 1e-7
 _OPTIONS = {
     "fit.free": "--free",
     "columns": "--column",
@@ -89,13 +84,12 @@ def _met(found: RigFit, law: Controller) -> tuple[MeasuredMargins, Margins | str
     """Return the margins of a controller on the measured response and on the fitted arm."""
     response = found.response
     actuator: Actuator = "voltage" if response.actuator == "voltage" else "torque"
-    plant = arm_equations(truth(found.arm, found.modes), [response.sensor], actuator)
-    poles = np.abs(plant.poles())
-    at_zero = int(np.count_nonzero(poles < _AT_ZERO * poles.max()))
+    plant = equations(found.arm, actuator, response.sensor, Modes(found.modes))
+    at_zero = integrations(found.arm, actuator, response.sensor)
     on_rig = measured_margins(response, law, poles_at_zero=at_zero)
     plant = LinearSystem(
         plant.A, found.gain * plant.B, plant.C, found.gain * plant.D,
-        inputs=plant.input_labels, outputs=plant.output_labels,
+        inputs=[actuator], outputs=[response.sensor],
     )  # fmt: skip
     try:
         return on_rig, margins(plant, law, delay=found.delay)

@@ -27,6 +27,7 @@ from slewctl.files.given_law import (
     read_given,
     refuse_unweighted,
 )
+from slewctl.files.measured_table import MeasuredPlant, read_measured
 from slewctl.files.refusals import validate_each
 from slewctl.files.schema import DESIGN_SCHEMA, MOST_SIGNALS, ArmTable, ControllerTable, DesignTable
 from slewctl.files.source import Source, read_source
@@ -58,9 +59,12 @@ class DesignFile:
     source : Source
         The file's text, and the lines of its keys.
     beside : str
-        A digest of the file that holds a given controller; empty where there is none.
+        A digest of the files that hold a given controller or a measured response; empty where
+        there are none.
     uncertainty : Uncertainty or None
         The box in which the worst arm is sought.
+    measured : MeasuredPlant or None
+        A response on which the controller is judged as well.
     """
 
     path: Path
@@ -70,10 +74,11 @@ class DesignFile:
     source: Source
     beside: str = ""
     uncertainty: Uncertainty | None = None
+    measured: MeasuredPlant | None = None
 
     @property
     def text(self) -> str:
-        """All that the design is made of: the file's text, and a digest of the law beside it."""
+        """All that the design is made of: the file's text, and a digest of what is beside it."""
         return f"{self.source.text}\0{self.beside}" if self.beside else self.source.text
 
 
@@ -152,15 +157,18 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     keys = _parts_of_case(source, tables, arm, faults)
     tried = tables.get("variations", {})
     common = {} if faults else requirements
-    variations = (
-        faults.attempt(read_variations, tried, arm or _stand_in(source.content), common) or ()
-    )
+    varied = arm or _stand_in(source.content)
+    variations = faults.attempt(read_variations, tried, varied, common) or ()
     asked = [requirements, *(variation.requirements for variation in variations)]
     uncertainty = None
     if tables.get("uncertainty"):
-        uncertainty = faults.attempt(
-            read_uncertainty, tables["uncertainty"], arm or _stand_in(source.content), tried
-        )
+        uncertainty = faults.attempt(read_uncertainty, tables["uncertainty"], varied, tried)
+    measured = None
+    if tables.get("measured"):
+        measured = faults.attempt(
+            read_measured, tables["measured"], source.path, varied, keys["objective"],
+            common, tried,
+        )  # fmt: skip
     sought = () if uncertainty is None else (QUANTITIES[uncertainty.quantity].requirement,)
     needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
     if needs_slew and "slew" not in source.content:
@@ -172,7 +180,10 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
         refuse_unweighed(uncertainty, keys["objective"])
     case = Case(name=name, title=tables["title"], source=str(source.path), **keys)
     beside = digest_beside(source.path, case.options) if method == GIVEN else ""
-    return DesignFile(source.path, case, requirements, variations, source, beside, uncertainty)
+    beside += measured.digest if measured else ""
+    return DesignFile(
+        source.path, case, requirements, variations, source, beside, uncertainty, measured
+    )
 
 
 def _arm(content: Mapping[str, Any], tables: Mapping[str, Any], faults: Faults) -> Arm | None:

@@ -13,6 +13,7 @@ from pydantic import ConfigDict, Field
 from slewctl.arm import Hub, LumpedMass, Motor, Payload
 from slewctl.compare import Case
 from slewctl.files.drive_tables import ActuatorTable, JointTable, SensorTable
+from slewctl.files.measured_table import MeasuredTable
 from slewctl.files.modal_schema import ModalDataTable, WingTable
 from slewctl.files.table import Count, Efficiency, Finite, NonNegative, Positive, Several, Table
 from slewctl.files.table import told as _told
@@ -359,4 +360,8 @@ class DesignTable(Table):
             "a box of the arm's properties; the requirements hold on its worst arm too",
             {"box": {"payload_mass": [0.0, 0.2]}},
         ),
+    ] = None
+    measured: Annotated[
+        MeasuredTable | None,
+        _told("table", "a measured response to hold them on too", {"file": "response.csv"}),
     ] = None

@@ -9,11 +9,13 @@ from typing import Any
 
 from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
 from slewctl.check.baseline import Baseline
+from slewctl.check.measured import MEASURED
 from slewctl.compare import QUANTITIES, Judge, Judgement, Reading, unit_notes, worst_case
 from slewctl.errors import SlewctlError, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.files.uncertainty import WORST
 from slewctl.gate.fingerprint import digest, fingerprint
+from slewctl.gate.measured_plant import judge_on_measured
 
 
 def check_designs(
@@ -149,7 +151,7 @@ def examine(
     *,
     working: Callable[[str], None] | None = None,
 ) -> DesignResult:
-    """Return the verdicts on a design: its own arm, each variation, and the worst of its box.
+    """Return the verdicts on a design: its arm, each variation, the worst of its box, and a rig.
 
     The controller is designed once, for the arm as the file describes it.
 
@@ -189,6 +191,14 @@ def examine(
                 ]
                 beside = [QUANTITIES[name].requirement for name in (known or {}).get(arm, {})]
                 recorded[arm] = measure(judgement, [*limits, *beside])
+            if design.measured is not None:
+                controller = judging.evaluate(*judging.chosen).controller
+                verdicts, recorded[MEASURED], told = judge_on_measured(design.measured, controller)
+                findings += [
+                    Finding(verdict, MEASURED, _line(design, MEASURED, verdict.requirement))
+                    for verdict in verdicts
+                ]
+                notes += told
     except SlewctlError as error:
         refused = _refused(error, design.path)
     return DesignResult(
@@ -228,8 +238,10 @@ def _line(design: DesignFile, arm: str, requirement: str) -> int | None:
     as stability, stands at the head of the table.
     """
     lines = design.source.lines
-    if arm == WORST:
-        return lines.get(("requirements", requirement)) or lines.get(("uncertainty",))
+    for name, place in ((WORST, "uncertainty"), (MEASURED, "measured")):
+        if arm == name:
+            own = lines.get((place, "requirements", requirement))
+            return own or lines.get(("requirements", requirement)) or lines.get((place,))
     table: tuple[str, ...] = ("requirements",)
     head = table
     if arm != NOMINAL:

@@ -20,12 +20,13 @@ from slewctl.measured.response import Response
 from slewctl.measured.response_data import ResponseData, channel_of, highest_seen, thinned
 from slewctl.measured.rig_fit_result import RigFit
 from slewctl.measured.rig_model import modes_for
-from slewctl.measured.rig_parameters import Rig, parameters
+from slewctl.measured.rig_parameters import DELAY, Rig, parameters, with_dead_time
 from slewctl.measured.rig_problem import RigProblem
 from slewctl.measured.roots import Root, figures, poles_and_zeros, seen
 from slewctl.measured.undetermined import coupled_groups
 from slewctl.measured.units import unit_of
 from slewctl.model.assembly import check_arm
+from slewctl.plant.dead_time import loop_dead_time
 
 # A direction is not determined in which a change as large as the properties themselves makes
 # less than this, in standard deviations, or, relative to the best known, less than rounding.
@@ -36,6 +37,8 @@ _ROUNDS, _SETTLED = 8, 0.05
 # Steps of the first descents, how many go on and for how long, and the fall of the squares
 # that ends them.
 _FIRST, _SECONDS, _SECOND, _ROUGH = 6, 2, 40, 1e-3
+# Rounds in which the state may be anything, after the first, so that it hides what is not near.
+_FREE = 1
 # Steps of one round on a record, and the relative fall of the squares that ends the first
 # round and the others.
 _EACH, _COARSE, _FINE = 12, 1e-5, 1e-8
@@ -43,7 +46,10 @@ _EACH, _COARSE, _FINE = 12, 1e-5, 1e-8
 _MIRRORED = -0.3
 # Of an encoder's rounding: more noise than this is something else.
 _QUIET = 2.0
-_CLEAR = 5.0  # deviations from which dry friction is there
+# Deviations from which dry friction is there, and its share of the input that is worth a word:
+# where the hub nearly stands, noise has a say in the sign of its rate.
+_CLEAR, _WORTH = 5.0, 1e-3
+_FAR = 30.0  # a factor from where it started that is worth a word
 _NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
 
 
@@ -64,7 +70,8 @@ def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
             where="fit.free",
             remedy="free fewer properties or measure at more frequencies",
         )
-    problem = RigProblem(Rig(arm), found)
+    known = loop_dead_time(arm, [response.sensor])
+    problem = RigProblem(Rig(arm, delay=known), found)
     near = _near(problem, data)
     _check_sign(problem.rig_at(near), data)
     if log:
@@ -176,16 +183,32 @@ def _on_record(problem: RigProblem, data: RecordData, start: Array) -> _Solution
     x = start
     for round_ in range(_ROUNDS):
         if round_:
-            data.weigh(data.state_part(problem.rig_at(x)))
-        before, x = x, _descend_record(problem, data, x, _FINE if round_ else _COARSE)
+            remainder = data.state_part(problem.rig_at(x))
+            data.weigh(remainder, _slopes(problem, data, remainder, x))
+        if round_ > _FREE:
+            data.expect(problem.rig_at(x))
+        before, x = x, _descend_record(problem, data, x, fine=round_ > _FREE)
         remainder = data.state_part(problem.rig_at(x))
         moved = remainder.without(data.errors(problem.rig_at(before))) - remainder.vector
-        if round_ and np.linalg.norm(moved) < _SETTLED * np.sqrt(len(x)):
+        if round_ > _FREE and np.linalg.norm(moved) < _SETTLED * np.sqrt(len(x)):
             break
-    jacobian = problem.differences(partial(_without_state, data, remainder), x)
+    jacobian = _slopes(problem, data, remainder, x, two_sided=True)
     spare = max(len(remainder.vector) - remainder.taken - len(x), 1)
     scatter = float(np.sqrt(remainder.vector @ remainder.vector / spare))
     return _Solution(x, jacobian, scatter, spare, data.times_rounding, data.dry_friction(remainder))
+
+
+def _slopes(
+    problem: RigProblem,
+    data: RecordData,
+    remainder: Remainder,
+    x: Array,
+    *,
+    two_sided: bool = False,
+) -> Array:
+    """Return the derivatives of what is left by the coordinates, shape (2k, n)."""
+    of = partial(_without_state, data, remainder)
+    return problem.differences(of, x, None if two_sided else remainder.vector)
 
 
 def _without_state(data: RecordData, remainder: Remainder, rig: Rig) -> Array:
@@ -197,7 +220,12 @@ def _without_state(data: RecordData, remainder: Remainder, rig: Rig) -> Array:
     return remainder.without(data.errors(rig, remainder.gained))
 
 
-def _descend_record(problem: RigProblem, data: RecordData, start: Array, tolerance: float) -> Array:
+def _descend_record(problem: RigProblem, data: RecordData, start: Array, *, fine: bool) -> Array:
+    """Return where a descent ends; a fine one takes derivatives of second order.
+
+    Those of first order are wrong by half a step times the curvature, which in a light mode
+    that stands far above the noise moves the least squares by several deviations.
+    """
     kept: dict[bytes, Remainder] = {}
 
     def part(x: Array) -> Remainder:
@@ -208,12 +236,15 @@ def _descend_record(problem: RigProblem, data: RecordData, start: Array, toleran
         return kept[key]
 
     def jacobian(x: Array) -> Array:
-        remainder = part(x)
-        of = partial(_without_state, data, remainder)
-        return problem.differences(of, x, remainder.vector)
+        return _slopes(problem, data, part(x), x, two_sided=fine)
 
     return problem.descend(
-        lambda x: part(x).vector, jacobian, start, robust=False, steps=_EACH, tolerance=tolerance
+        lambda x: part(x).vector,
+        jacobian,
+        start,
+        robust=False,
+        steps=_EACH,
+        tolerance=_FINE if fine else _COARSE,
     )
 
 
@@ -248,7 +279,7 @@ def _result(
     )  # fmt: skip
     rig = problem.rig_at(x)
     fit = RigFit(
-        rig.arm,
+        with_dead_time(rig.arm, data.channel.sensor, rig.delay),
         rig.gain,
         rig.delay,
         response,
@@ -304,6 +335,12 @@ def _remarks(fit: RigFit, data: ResponseData, solution: _Solution) -> list[str]:
         and np.isfinite(each.standard_deviation)
         and each.standard_deviation > size / 2
     ]
+    told += [
+        f"{each.name} is {each.value / each.start:.2g} times what the fit started with: look at "
+        "the response beside the fitted one"
+        for each in fit.estimates
+        if each.start and not 1 / _FAR < each.value / each.start < _FAR and each.name != DELAY
+    ]
     if fit.log is None and data.scatter_known and fit.scatter > _NOT_CLOSE:
         told.append(
             f"the residuals are {fit.scatter:.2g} times what the coherence allows: the model, or "
@@ -312,7 +349,7 @@ def _remarks(fit: RigFit, data: ResponseData, solution: _Solution) -> list[str]:
     if fit.log is None and not data.scatter_known:
         told.append(f"scatter: {fit.scatter:.2g} relative, from the residuals")
     dry, deviation = solution.dry
-    if dry > _CLEAR * deviation:
+    if fit.log and dry > max(_CLEAR * deviation, _WORTH * float(np.std(fit.log.input))):
         told.append(
             f"dry friction of about {dry:.2g} {unit_of(data.channel.actuator)} at the hub is told "
             "apart by the sign of its rate; with it the intervals are optimistic"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.errors import InputError, SlewctlError, check_positive, shown
+from slewctl.errors import InputError, SlewctlError, check_choice, check_positive, shown
 from slewctl.measured.response import Response
 from slewctl.measured.table import holds, pick, pick_real, read_columns
 from slewctl.measured.units import FREQUENCIES
@@ -18,6 +18,11 @@ from slewctl.measured.units import FREQUENCIES
 UFF_SUFFIXES = (".uff", ".unv")
 # Of a universal file's dataset 58: a frequency response.
 _FREQUENCY_RESPONSE = 4
+# What a column may hold.
+_NAMES = (
+    *(f"frequency_{unit}" for unit in FREQUENCIES), "response", "real", "imag", "gain", "gain_db",
+    "phase_deg", "phase_rad", "coherence", "deviation",
+)  # fmt: skip
 
 
 def read_response(
@@ -40,7 +45,7 @@ def read_response(
         * ``frequency_hz`` or ``frequency_rad_s``,
         * ``response`` (complex, as 1+2j), or ``real`` and ``imag``, or ``gain`` or ``gain_db``
           with ``phase_deg`` or ``phase_rad``,
-        * and, if it has one, ``coherence``,
+        * and, if it has them, ``coherence`` and ``deviation`` (see `Response`),
 
         or a universal file (``.uff``, ``.unv``) with a frequency response, which needs
         ``slewctl[uff]``.
@@ -56,7 +61,7 @@ def read_response(
     sample_time : float
         See `Response`.
     averages : float, optional
-        How many independent averages the coherence is of.
+        How many independent averages the coherence is of: it gives the deviations.
 
     Returns
     -------
@@ -87,14 +92,15 @@ def read_response(
     asked = dict(columns or {})
     if path.suffix.lower() in UFF_SUFFIXES:
         frequencies, values, coherence = _from_uff(path, asked.get("response"))
+        deviation = np.full(len(coherence), np.nan)
     else:
-        frequencies, values, coherence = _from_columns(path, asked)
+        frequencies, values, coherence, deviation = _from_columns(path, asked)
     good = np.isfinite(frequencies) & np.isfinite(values) & (frequencies > 0)
     left_out = int(np.count_nonzero(~good))
     remarks = (f"{left_out} points are no finite numbers, and left out",) if left_out else ()
     order = np.argsort(frequencies[good], kind="stable")
     coherence = coherence[good][order]
-    deviation = np.full(len(coherence), np.nan)
+    deviation = deviation[good][order]
     if averages is not None:
         deviation = deviation_of(coherence, averages)
     try:
@@ -122,14 +128,15 @@ def deviation_of(coherence: Array, averages: float) -> Array:
         return np.sqrt((1 - np.minimum(coherence, 1)) / (2 * averages * coherence))
 
 
-def _from_columns(path: Path, asked: dict[str, str]) -> tuple[Array, ComplexArray, Array]:
+def _from_columns(path: Path, asked: dict[str, str]) -> tuple[Array, ComplexArray, Array, Array]:
     held = read_columns(path)
     where = str(path)
+    for name, column in asked.items():
+        check_choice(name, _NAMES, "columns")
+        pick(held, column, where)
     known = {**{name: name for name in held}, **asked}
 
     def has(name: str) -> bool:
-        if name in asked:
-            pick(held, asked[name], where)
         return known.get(name) in held
 
     def real(name: str) -> Array:
@@ -139,7 +146,9 @@ def _from_columns(path: Path, asked: dict[str, str]) -> tuple[Array, ComplexArra
     if not units:
         raise _missing(held, where, "a frequency", "frequency_hz or frequency_rad_s")
     frequencies = FREQUENCIES[units[0]] * real(f"frequency_{units[0]}")
-    coherence = real("coherence") if has("coherence") else np.full(len(frequencies), np.nan)
+    unknown = np.full(len(frequencies), np.nan)
+    coherence = real("coherence") if has("coherence") else unknown
+    deviation = real("deviation") if has("deviation") else unknown
     if has("response"):
         values = pick(held, known["response"], where)
     elif has("real") and has("imag"):
@@ -157,13 +166,14 @@ def _from_columns(path: Path, asked: dict[str, str]) -> tuple[Array, ComplexArra
         if phases[0] == "phase_deg":
             phase = np.deg2rad(phase)
         values = gain * np.exp(1j * phase)
-    if len({len(frequencies), len(values), len(coherence)}) > 1:
+    rows = [len(column) for column in (frequencies, values, coherence, deviation)]
+    if len(set(rows)) > 1:
         raise InputError(
-            f"its columns have {len(frequencies)}, {len(values)} and {len(coherence)} rows",
+            f"its columns have {', '.join(map(str, rows))} rows",
             where=where,
             remedy="give one value a frequency",
         )
-    return frequencies, values, coherence
+    return frequencies, values, coherence, deviation
 
 
 def _missing(held: Mapping[str, Any], where: str, what: str, names: str) -> InputError:

@@ -2,10 +2,11 @@
 
 In the discrete Fourier transform over the record, Y = G U + C(zI − Φ)⁻¹z δ + noise holds
 exactly, where δ = x(0) − x(N) is what the state gained over the record: nothing leaks, however
-light a mode.  δ is eliminated, linear as it is, and so is dry friction at the hub, an input that
-a measured hub angle tells but for its size.  What is left is divided by the spectrum of the
-noise, which is read from the residual itself.  That is the prediction error method with a
-free noise model; with white or coloured noise at the output it is right in closed loop too.
+light a mode.  δ is eliminated, linear as it is and as large as the input makes it, and so is dry
+friction at the hub, an input that a measured hub angle tells but for its size.  What is left is
+divided by the spectrum of the noise, which is read from the residual itself.  That is the
+prediction error method with a free noise model; with white or coloured noise at the output it is
+right in closed loop too.
 (L. Ljung, System Identification, 2nd ed., 1999, chapters 7 and 13; R. Pintelon and
 J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, chapter 6.)
 """
@@ -14,14 +15,15 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.special import digamma
+from scipy.special import digamma, polygamma
 
 from slewctl._types import Array, ComplexArray, IntArray
 from slewctl.measured.estimate import noise_power
 from slewctl.measured.log import Log
 from slewctl.measured.response_data import channel_of
-from slewctl.measured.rig_model import HeldRig, Modes, equations
+from slewctl.measured.rig_model import HeldRig, Modes, equations, hold
 from slewctl.measured.rig_parameters import Rig
+from slewctl.numerics.frequency_response import FrequencyResponse, axis_points
 from slewctl.numerics.linear_system import LinearSystem
 
 # Longest dead time: in samples, or over what it is at first.
@@ -31,8 +33,10 @@ _MANY, _ABOVE = 12_000, 1.5
 # Bins on either side over which the noise is averaged: few where it may be steep.
 _WIDEST, _NARROWEST = 40, 10
 _FEW = 2
-# Mean of the logarithm of the mean of so few exponential variables, with a minus.
-_LOG_OF_FEW = float(np.log(2 * _FEW + 1) - digamma(2 * _FEW + 1))
+# Exponential variables that are left in such a sum, at least.
+_LEAST_LEFT = 1e-3
+# A state of so many deviations is seen in the log itself.
+_SEEN = 5.0
 # Relative size of a direction in which the state's part does not count.
 _DEPENDENT = 1e-12
 
@@ -70,6 +74,7 @@ class RecordData:
         self._rounding = log.resolution / np.sqrt(12)
         self._inputs: dict[int, ComplexArray] = {}
         self._bins = bins
+        self._pull: Array = np.zeros(0)
         self.Y = self._transform(log.output[self.late + 1 :])
         # Dry friction has the sign of the rate from each sample to the next.
         rates = np.sign(np.diff(log.output, append=log.output[-1]))
@@ -90,39 +95,86 @@ class RecordData:
     def errors(self, rig: Rig, gained: Array | float = 0.0) -> ComplexArray:
         """Return Y − G U at each bin, less the part of a state that gained so much."""
         system, held = self._held(rig)
-        rows = held.rows(self.omega)
-        found = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
-        if isinstance(gained, float):
-            return found
-        return found - self._columns(system, rows) @ gained
+        wanted = [held.now, held.before]
+        if not isinstance(gained, float):
+            # `_columns` times what was gained, without making them.
+            size = len(held.transition)
+            wanted.append(gained[:size])
+            if self._rubs is not None:
+                wanted.append(self._at_once(system) * gained[size])
+        seen = held.rows(self.omega, np.column_stack(wanted)).T
+        found = self._errors(held, seen[0], seen[1], float(system.D[0, 0]), rig.gain)
+        if len(seen) > 2:
+            found -= self.z * seen[2]
+        if len(seen) > 3 and self._rubs is not None:
+            found += seen[3] * self._rubs
+        return found
+
+    def _at_once(self, system: LinearSystem) -> Array:
+        """Return what an input of one in a sample makes of the state."""
+        return hold(system.A, system.B[:, 0], self.channel.sample_time)[1]
 
     def _columns(self, system: LinearSystem, rows: ComplexArray) -> ComplexArray:
         """Return what a state that gains one gives at each bin, and what dry friction of one."""
         state = rows * self.z[:, None]
         if self._rubs is None:
             return state
-        at_once = HeldRig.of(system, self.channel.sample_time).now
-        return np.column_stack([state, -(rows @ at_once) * self._rubs])
+        return np.column_stack([state, -(rows @ self._at_once(system)) * self._rubs])
 
     def _errors(
-        self, held: HeldRig, rows: ComplexArray, through: float, gain: float
+        self,
+        held: HeldRig,
+        seen_now: ComplexArray,
+        seen_before: ComplexArray,
+        through: float,
+        gain: float,
     ) -> ComplexArray:
+        """Return Y − G U from what Γ₀ and Γ₁ give at each bin."""
         d = min(held.whole, self.late - 1)
         now, before = self._delayed(d), self._delayed(d + 1)
-        found = (rows @ held.now) * now + (rows @ held.before) * before
+        found = seen_now * now + seen_before * before
         found = found + through * (before if held.part else now)
         return self.Y - gain * found
 
     def _held(self, rig: Rig) -> tuple[LinearSystem, HeldRig]:
-        system = equations(rig.arm, self.channel.actuator, (self.channel.sensor,), self.modes)
+        system = equations(rig.arm, self.channel.actuator, self.channel.sensor, self.modes)
         return system, HeldRig.of(system, self.channel.sample_time, rig.delay)
 
     def state_part(self, rig: Rig) -> Remainder:
         """Return the projection that takes the state's part out at a rig, with its errors."""
         system, held = self._held(rig)
         rows = held.rows(self.omega)
-        errors = self._errors(held, rows, float(system.D[0, 0]), rig.gain)
-        return Remainder(errors, self._columns(system, rows), self.weight)
+        now, before = rows @ held.now, rows @ held.before
+        errors = self._errors(held, now, before, float(system.D[0, 0]), rig.gain)
+        return Remainder(errors, self._columns(system, rows), self.weight, self._pull)
+
+    def expect(self, rig: Rig) -> None:
+        """Take from a rig how large its state may be, and what it gains over the record.
+
+        It moved before the record, or moves in it, as the input makes it, or as far as the log
+        itself shows plainly.  Without that a mode that the input hardly moves could be any size,
+        a line in the noise would be its free vibration, and tell its frequency and damping.
+        Where an angle is counted from is anything.
+        """
+        system, held = self._held(rig)
+        points = axis_points(self.omega, self.channel.sample_time)
+        size = len(held.transition)
+        both = LinearSystem(
+            held.transition, np.column_stack([held.now, held.before]), np.eye(size),
+            np.zeros((size, 2)), self.channel.sample_time,
+        )  # fmt: skip
+        moved = FrequencyResponse(both).at(points)
+        d = min(held.whole, self.late - 1)
+        inputs = np.stack([self._delayed(d), self._delayed(d + 1)], axis=1)
+        power = np.abs(rig.gain * np.einsum("kij,kj->ki", moved, inputs)) ** 2
+        # The state at one end less that at the other, in the scale of the transforms.
+        sizes = np.sqrt(2 * 2 * power.sum(axis=0) / self.count) / np.sqrt(self.count)
+        self._pull = np.zeros(0)
+        free = self.state_part(rig)
+        gained, deviation = np.abs(free.gained[:size]), free.deviation[:size]
+        sizes = np.where(gained > _SEEN * deviation, np.maximum(sizes, gained), sizes)
+        held_back = system.A.any(axis=0) & (sizes > 0)
+        self._pull = np.where(held_back, 1 / np.where(held_back, sizes, 1.0), 0.0)
 
     def dry_friction(self, remainder: Remainder) -> tuple[float, float]:
         """Return the dry friction that a log of the hub angle shows, with its deviation.
@@ -140,9 +192,20 @@ class RecordData:
             return float("nan")
         return float(np.sqrt(np.median(1 / self.weight**2))) / self._rounding
 
-    def weigh(self, remainder: Remainder) -> None:
-        """Take the spectrum of the noise from what is left at a rig."""
-        self.weight = 1 / np.sqrt(smooth(np.abs(remainder.left) ** 2, remainder.free))
+    def weigh(self, remainder: Remainder, jacobian: Array) -> None:
+        """Take the spectrum of the noise from what is left at a rig.
+
+        Parameters
+        ----------
+        remainder : Remainder
+        jacobian : ndarray, shape (2k, p)
+            Of what is left by the properties that were fitted: they, too, have taken a part of
+            the noise, most of it in the few bins of a light mode.  Without that part weights
+            would grow there from round to round, and intervals be too narrow (restricted
+            maximum likelihood: H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545–554).
+        """
+        free = remainder.free(jacobian)
+        self.weight = 1 / np.sqrt(smooth(np.abs(remainder.left) ** 2, free))
 
 
 class Remainder:
@@ -155,18 +218,25 @@ class Remainder:
         Of the state.
     weight : ndarray, shape (k,)
         One over the noise's deviation.
+    pull : ndarray, shape (m,)
+        One over the deviation that is expected of each of the first columns' coefficients; zero
+        where nothing is.
 
     Attributes
     ----------
-    vector : ndarray, shape (2k,)
-        What is left, in deviations of the noise.
+    vector : ndarray, shape (2k + m,)
+        What is left, in deviations of the noise, and the coefficients, in those expected.
     gained, deviation : ndarray, shape (n,)
         What the state gained over the record, δ, and dry friction, with their deviations.
     """
 
-    def __init__(self, errors: ComplexArray, columns: ComplexArray, weight: Array) -> None:
+    def __init__(
+        self, errors: ComplexArray, columns: ComplexArray, weight: Array, pull: Array
+    ) -> None:
         self.weight = weight
+        self._expected = len(pull)
         weighted = _real(columns * weight[:, None])
+        weighted = np.vstack([weighted, np.eye(len(pull), weighted.shape[1]) * pull[:, None]])
         size = np.linalg.norm(weighted, axis=0)
         weighted = weighted / np.where(size > 0, size, 1.0)
         Q, R = qr(weighted, mode="economic")
@@ -175,34 +245,45 @@ class Remainder:
         # Orthonormal: the state's part can be nothing else than a sum of these.
         self.basis: Array = Q @ left[:, kept]
         self.vector = self.without(errors)
-        part = self.basis.T @ _real((errors * weight)[:, None])[:, 0]
+        part = self.basis.T @ self._weighted(errors)
         sizes = np.where(size > 0, size, 1.0)
         self.gained = right[kept].T @ (part / values[kept]) / sizes
         self.deviation = np.linalg.norm(right[kept].T / values[kept], axis=1) / sizes
 
+    def _weighted(self, errors: ComplexArray) -> Array:
+        real = _real((errors * self.weight)[:, None])[:, 0]
+        return np.concatenate([real, np.zeros(self._expected)])
+
     def without(self, errors: ComplexArray) -> Array:
-        """Return errors in deviations of the noise, real, without the state's part, (2k,)."""
-        weighted = _real((errors * self.weight)[:, None])[:, 0]
+        """Return errors in deviations of the noise, real, without the state's part, (2k + m,)."""
+        weighted = self._weighted(errors)
         return np.asarray(weighted - self.basis @ (self.basis.T @ weighted))
 
     @property
     def left(self) -> ComplexArray:
         """The errors that are left at each bin, not weighted."""
         half = len(self.weight)
-        parts = self.vector[:half] + 1j * self.vector[half:]
+        parts = self.vector[:half] + 1j * self.vector[half : 2 * half]
         return np.asarray(parts / (np.sqrt(2) * self.weight))
 
-    @property
-    def free(self) -> Array:
-        """Which part of the noise's power the state's part leaves at each bin, shape (k,)."""
-        taken = np.sum(self.basis**2, axis=1)
+    def free(self, jacobian: Array) -> Array:
+        """Which part of the noise's power state and properties leave at each bin, shape (k,)."""
+        taken = np.sum(self.basis**2, axis=1) + np.sum(_spanning(jacobian) ** 2, axis=1)
         half = len(self.weight)
-        return np.asarray(1 - (taken[:half] + taken[half:]) / 2)
+        return np.asarray(1 - (taken[:half] + taken[half : 2 * half]) / 2)
 
     @property
     def taken(self) -> int:
         """How many real numbers the state's part has."""
         return self.basis.shape[1]
+
+
+def _spanning(columns: Array) -> Array:
+    """Return orthonormal columns that span the given ones, but for what is rounding."""
+    size = np.linalg.norm(columns, axis=0)
+    Q, R, _ = qr(columns / np.where(size > 0, size, 1.0), mode="economic", pivoting=True)
+    pivots = np.abs(np.diag(R))
+    return np.asarray(Q[:, pivots > _DEPENDENT * pivots[0]])
 
 
 def _real(columns: ComplexArray) -> Array:
@@ -222,16 +303,19 @@ def smooth(power: Array, free: Array | float = 1.0) -> Array:
     free : ndarray, shape (k,)
         Which part of the noise's power is left at each bin, 0 to 1.
     """
-    left = np.maximum(free + np.zeros(len(power)), 1 / (2 * _FEW + 1))
-    few = _running(power, np.full(len(power), _FEW)) / _running(left, np.full(len(power), _FEW))
-    log = np.log(np.maximum(few, np.finfo(float).tiny)) + _LOG_OF_FEW
+    few = np.full(len(power), _FEW)
+    width = _running(np.ones(len(power)), few, total=True)
+    left = np.clip(_running(free + np.zeros(len(power)), few, total=True), _LEAST_LEFT, width)
+    # The mean of the logarithm of a sum of so many exponential variables, and its variance.
+    total = np.maximum(_running(power, few, total=True), np.finfo(float).tiny)
+    log, worth = np.log(total) - digamma(left), 1 / polygamma(1, left)
     half = np.clip(np.arange(len(log), dtype=int) // 2, _NARROWEST, _WIDEST)
-    return np.asarray(np.exp(_running(log, half)))
+    return np.asarray(np.exp(_running(log * worth, half) / _running(worth, half)))
 
 
-def _running(values: Array, half: IntArray) -> Array:
-    """Return the mean over so many values on either side, of fewer at the ends."""
+def _running(values: Array, half: IntArray, *, total: bool = False) -> Array:
+    """Return the mean, or sum, over so many values on either side, of fewer at the ends."""
     reached = np.concatenate([[0.0], np.cumsum(values)])
     k = np.arange(len(values))
     low, high = np.maximum(k - half, 0), np.minimum(k + half + 1, len(values))
-    return np.asarray((reached[high] - reached[low]) / (high - low))
+    return np.asarray((reached[high] - reached[low]) / (1 if total else high - low))

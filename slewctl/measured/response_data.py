@@ -80,7 +80,7 @@ def channel_of(measured: Response | Log) -> Channel:
 
 def rig_response(rig: Rig, channel: Channel, modes: Modes, omega: Array) -> ComplexArray:
     """Return the response of a rig at each ω in rad/s."""
-    system = equations(rig.arm, channel.actuator, (channel.sensor,), modes)
+    system = equations(rig.arm, channel.actuator, channel.sensor, modes)
     return rig.gain * response_of(system, omega, channel.sample_time, rig.delay)
 
 

@@ -44,11 +44,11 @@ class RigFit(Described):
     Attributes
     ----------
     arm : Arm
-        The adjusted arm.
+        The adjusted arm; its actuator has the dead time that was found, less the sensor's own.
     gain : float
         What the actuator gives of what it is told.
     delay : float
-        Dead time in s.
+        Whole dead time in s, from the command to the reading.
     response : Response
         The measured one; of a log, estimated from it.
     modes : int
@@ -136,8 +136,9 @@ class RigFit(Described):
         """Return the arm's uncertainty as ``[variations]`` of a design file.
 
         They are the ends of the principal axes of the confidence ellipsoid of the arm's
-        properties, two a property, widest axis first.  Gain and dead time belong to no arm and
-        are left out; what the measurement does not determine cannot be varied.
+        properties, two a property, widest axis first.  Gain, which belongs to no arm, and dead
+        time, which the arm has as it was found, are left out; what the measurement does not
+        determine cannot be varied.
 
         Parameters
         ----------

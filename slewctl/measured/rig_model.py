@@ -21,12 +21,16 @@ from slewctl.model.ritz import ritz_modes
 from slewctl.numerics.balance import balance
 from slewctl.numerics.frequency_response import FrequencyResponse, axis_points
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.readings import measured
 from slewctl.plant.statespace import Actuator, arm_equations
 
 # Modes of the model: up to so many times the highest frequency measured, and as many beyond.
 _REACH = 2.0
 _BEYOND = 5
 _MOST_MODES = 40
+# Modes that tell what an arm does slowly; a pole this near to zero, over the fastest, is one at
+# zero, of a rigid body, whose two are split so far by rounding; and how slow, over the others.
+_FEWEST_MODES, _AT_ZERO, _SLOW = 3, 1e-7, 1e-3
 # Polynomial terms on a panel beside two a mode: frequencies to 1e-7 and better.
 _TERMS, _FEWEST_TERMS = 6, 8
 
@@ -91,12 +95,40 @@ def modes_for(arm: Arm, highest_hz: float) -> Modes:
 
 
 @lru_cache(maxsize=32)
-def equations(arm: Arm, actuator: Actuator, sensors: tuple[str, ...], modes: Modes) -> LinearSystem:
+def equations(
+    arm: Arm, actuator: Actuator, sensor: str, modes: Modes, beside: tuple[str, ...] = ()
+) -> LinearSystem:
     """Return the continuous equations of an arm with so many modes, in modal coordinates.
 
-    They are kept: gain and dead time change without them.
+    The first output is what the sensor reads, behind its lags; signals `beside` it are the
+    arm's own.  Dead times are no part of it: gain and dead time change without them, and the
+    equations are kept.
     """
-    return arm_equations(modes.model(arm), sensors, actuator)
+    names = list(dict.fromkeys([sensor, *beside]))
+    bare = arm_equations(modes.model(arm), names, actuator)
+    # The arm's own signals first: the last outputs are those that are read.
+    own = [*(names.index(name) for name in beside), 0]
+    read = measured(LinearSystem(bare.A, bare.B, bare.C[own], bare.D[own]), arm, [sensor])
+    return LinearSystem(read.A, read.B, np.roll(read.C, 1, axis=0), np.roll(read.D, 1, axis=0))
+
+
+def integrations(arm: Arm, actuator: str, sensor: str) -> int:
+    """Return how many poles at zero lie between an arm's actuator and a sensor's reading.
+
+    Parameters
+    ----------
+    arm : Arm
+    actuator : {"torque", "voltage"}
+    sensor : str
+    """
+    driven: Actuator = "voltage" if actuator == "voltage" else "torque"
+    system = equations(arm, driven, sensor, Modes(_FEWEST_MODES))
+    poles = np.abs(system.poles())
+    slow = _SLOW * float(np.min(poles[poles > _AT_ZERO * poles.max()]))
+    size = np.abs(FrequencyResponse(system)(np.array([slow, 2 * slow])))
+    if not np.all(size > 0):
+        return 0
+    return max(round(float(np.log2(size[0] / size[1]))), 0)
 
 
 def response_of(
@@ -106,9 +138,9 @@ def response_of(
     if not sample_time:
         return FrequencyResponse(system)(omega) * np.exp(-1j * omega * delay)
     held = HeldRig.of(system, sample_time, delay)
-    rows = held.rows(omega)
+    now, before = held.rows(omega, np.column_stack([held.now, held.before])).T
     z = np.exp(-1j * omega * sample_time)
-    straight = rows @ held.now + z * (rows @ held.before)
+    straight = now + z * before
     late = system.D[0, 0] * (z if held.part else 1.0)
     return (straight + late) * z**held.whole
 
@@ -144,22 +176,23 @@ class HeldRig:
         whole = int(np.floor(delay / sample_time))
         part = min(max(delay / sample_time - whole, 0.0), 1.0)
         B = system.B[:, 0]
-        first, now = _held(system.A, B, (1 - part) * sample_time)
-        last, before = _held(system.A, B, part * sample_time)
+        first, now = hold(system.A, B, (1 - part) * sample_time)
+        last, before = hold(system.A, B, part * sample_time)
         return cls(first @ last, now, first @ before, system.C[0], whole, part, sample_time)
 
-    def rows(self, omega: Array) -> ComplexArray:
-        """Return C(zI − Φ)⁻¹ at each ω in rad/s, shape (ω, n)."""
+    def rows(self, omega: Array, columns: Array | None = None) -> ComplexArray:
+        """Return C(zI − Φ)⁻¹ at each ω in rad/s, shape (ω, n), or that times columns (n, m)."""
         size = len(self.transition)
+        right = np.eye(size) if columns is None else columns
         turned = LinearSystem(
-            self.transition.T, self.output[:, None], np.eye(size), np.zeros((size, 1)),
+            self.transition.T, self.output[:, None], right.T, np.zeros((right.shape[1], 1)),
             self.sample_time,
         )  # fmt: skip
         found = FrequencyResponse(turned).at(axis_points(omega, self.sample_time))
-        return np.asarray(found.reshape(len(omega), size))
+        return np.asarray(found.reshape(len(omega), right.shape[1]))
 
 
-def _held(A: Array, B: Array, h: float) -> tuple[Array, Array]:
+def hold(A: Array, B: Array, h: float) -> tuple[Array, Array]:
     """Return e^(Ah) and ∫₀ʰ e^(As)B ds."""
     size = len(A)
     scale = np.ones(size + 1)

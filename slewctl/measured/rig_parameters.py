@@ -11,6 +11,7 @@ from slewctl.errors import InputError, check_choice, shown, suggest
 from slewctl.measured.rig_model import Channel
 from slewctl.model import total_inertia, truth
 from slewctl.model.adjustable import ADJUSTABLE
+from slewctl.plant.dead_time import loop_dead_time
 
 GAIN, DELAY, DAMPING, FRICTION = "gain", "delay", "damping", "hub.friction"
 NAMES = (*ADJUSTABLE, FRICTION, DAMPING, "damping.1", DELAY, GAIN)
@@ -25,20 +26,35 @@ _LEAST_START = 0.01
 
 @dataclass(frozen=True)
 class Rig:
-    """An arm, and what stands between the command and its actuator.
+    """An arm, and what stands between the command and its reading.
 
     Attributes
     ----------
     arm : Arm
+        Its own dead times do not count beside `delay`.
     gain : float
         What the actuator gives of what it is told.
     delay : float
-        Dead time in s.
+        Whole dead time in s, of actuator and sensor.
     """
 
     arm: Arm
     gain: float = 1.0
     delay: float = 0.0
+
+
+def with_dead_time(arm: Arm, sensor: str, delay: float) -> Arm:
+    """Return an arm with so much dead time from its actuator to a sensor's reading.
+
+    What the sensor is known to have stays there, and the actuator gets the rest.
+    """
+    own = arm.sensor(sensor)
+    if delay < own.delay:
+        sensors = {**dict(arm.sensors), sensor: replace(own, delay=delay)}
+        return replace(arm, actuator=replace(arm.drive, delay=0.0), sensors=sensors)
+    if delay == loop_dead_time(arm, [sensor]):
+        return arm
+    return replace(arm, actuator=replace(arm.drive, delay=delay - own.delay))
 
 
 @dataclass(frozen=True)
@@ -110,17 +126,18 @@ def parameters(arm: Arm, free: object, channel: Channel, highest_hz: float) -> l
             remedy="keep damping, or damping.1, damping.2 and so on",
         )
     tick = channel.sample_time or 1 / (6 * highest_hz)
-    return [_parameter(arm, name, tick) for name in free]
+    late = loop_dead_time(arm, [channel.sensor])
+    return [_parameter(arm, name, tick, late) for name in free]
 
 
-def _parameter(arm: Arm, name: object, tick: float) -> Parameter:
+def _parameter(arm: Arm, name: object, tick: float, late: float) -> Parameter:
     one = _ONE_RATIO.fullmatch(name) if isinstance(name, str) else None
     if one:
         return _ratio(arm, int(one[1]))
     if name == GAIN:
         return Parameter(GAIN, "×", 1.0, 1.0, lambda rig, v: replace(rig, gain=v), True)
     if name == DELAY:
-        return Parameter(DELAY, "s", 0.0, tick, lambda rig, v: replace(rig, delay=v), False)
+        return Parameter(DELAY, "s", late, tick, lambda rig, v: replace(rig, delay=v), False)
     if name == DAMPING:
         vary(arm, damping_factor=1 + 1e-9)  # refused here where there is nothing to multiply
         most = _MOST_RATIO / max(float(arm.damping_ratios(_MANY).max()), 1e-9)

@@ -49,7 +49,7 @@ class Root:
 
 def poles_and_zeros(rig: Rig, channel: Channel, modes: Modes) -> tuple[ComplexArray, ComplexArray]:
     """Return the oscillating poles and zeros of a rig in rad/s, upper half, by frequency."""
-    system = equations(rig.arm, channel.actuator, (channel.sensor,), modes)
+    system = equations(rig.arm, channel.actuator, channel.sensor, modes)
     poles = np.linalg.eigvals(system.A)
     size = len(system.A)
     scale = float(np.abs(poles).max())

@@ -20,6 +20,7 @@ from slewctl.measured.log import Log
 from slewctl.measured.rig_model import HeldRig, Modes, equations
 from slewctl.model.assembly import check_arm
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.dead_time import loop_dead_time
 from slewctl.plant.signals import ACTUATORS, check_signals, signal
 from slewctl.plant.statespace import Actuator, drive
 
@@ -60,7 +61,7 @@ def simulated_log(
     gain : float
         Of the actuator: what it gives of what it is told.
     delay : float
-        Dead time from the command to the arm in s.
+        Dead time in s, beside those that the arm's actuator and sensor have.
     noise : float
         Standard deviation of white noise on every sample, in the sensor's unit.
     counts_per_turn : float, optional
@@ -98,10 +99,12 @@ def simulated_log(
     for name, value in (("delay", delay), ("noise", noise), ("dry_friction", dry_friction)):
         check_nonnegative(value, name)
     told = np.asarray(excitation, dtype=float)
-    sensors = tuple(dict.fromkeys([sensor, "theta_dot"]))
-    check_signals(sensors, "sensor", arm.beam)
+    check_signals([sensor], "sensor", arm.beam)
     driven: Actuator = "voltage" if actuator == "voltage" else "torque"
-    system = equations(arm, driven, sensors, Modes(check_count(modes, "modes")))
+    system = equations(
+        arm, driven, sensor, Modes(check_count(modes, "modes")), beside=("theta_dot",)
+    )
+    late = delay + loop_dead_time(arm, [sensor])
     disturbance = np.random.default_rng(seed).normal(0.0, 1.0, len(told)) * noise
     step = 0.0
     if counts_per_turn is not None:
@@ -112,7 +115,7 @@ def simulated_log(
         step = 2 * np.pi / check_positive(counts_per_turn, "counts_per_turn")
     rig = _Rig(system, T, dry_friction / drive(arm, driven)[0])
     law = _Law(feedback) if feedback is not None else None
-    inputs, output = rig.run(told, gain, delay, disturbance, step, law)
+    inputs, output = rig.run(told, gain, late, disturbance, step, law)
     return Log(T, inputs, output, told if law else None, actuator, sensor)
 
 

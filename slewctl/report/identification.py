@@ -55,8 +55,8 @@ def write_identification(
     rows = [
         {
             "frequency_hz": hz,
-            "measured_real": measured.real,
-            "measured_imag": measured.imag,
+            "real": measured.real,
+            "imag": measured.imag,
             "deviation": deviation,
             "coherence": coherence,
             "fitted_real": fitted.real,

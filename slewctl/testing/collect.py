@@ -13,10 +13,12 @@ from typing import Any
 import pytest
 
 from slewctl.check import NOMINAL, DesignResult, Finding
+from slewctl.check.measured import MEASURED
 from slewctl.check.words import limit_text, place_text, value_text
 from slewctl.errors import SlewctlError
 from slewctl.files import DesignFile as Design
 from slewctl.files import read_design
+from slewctl.files.uncertainty import WORST
 from slewctl.gate import examine
 
 
@@ -37,6 +39,10 @@ class DesignFile(pytest.File):
         self.judging = Judging(design)
         asked = {NOMINAL: design.requirements}
         asked.update({variation.name: variation.requirements for variation in design.variations})
+        if design.uncertainty is not None:
+            asked[WORST] = design.requirements
+        if design.measured is not None:
+            asked[MEASURED] = design.measured.requirements
         for arm, requirements in asked.items():
             for requirement in dict.fromkeys(["stable", *requirements]):
                 name = requirement if arm == NOMINAL else f"{requirement}[{arm}]"

@@ -6,6 +6,10 @@ Every rig differs from the arm that its fit starts with in stiffness, hub inerti
 damping of each mode, gain and dead time.  The log has 60 s of PRBS on a clock of 5 ms, white
 noise of 1 % of what the hub angle moves about its mean over a second, and an encoder of 2,048
 counts.
+
+Beside what a fit reaches stands what any could: the deviations of Cramér and Rao's bound, from the
+sampled arm's derivatives in time and the noise that was put in.  A mode whose damping they put at
+more than 7 % is not within 15 % on 95 % of the logs, whoever estimates it.
 """
 
 from __future__ import annotations
@@ -17,8 +21,13 @@ from dataclasses import dataclass
 
 import control
 import numpy as np
+from scipy.signal import lfilter
+from scipy.special import ndtr
 
 import slewctl as sc
+from slewctl.measured.response_data import channel_of
+from slewctl.measured.rig_model import HeldRig, Modes, equations
+from slewctl.measured.rig_parameters import Rig, parameters
 
 CLOCK, DURATION, COUNTS, NOISE = 0.005, 60.0, 2048, 0.01
 HALF_OF_NYQUIST = 0.25 / CLOCK
@@ -36,6 +45,7 @@ class Case:
     delay: float
     free: tuple[str, ...]
     log: sc.Log
+    noise: float
 
     @property
     def truth(self) -> dict[str, float]:
@@ -98,8 +108,8 @@ def random_case(
     free += [f"damping.{k}" for k in range(1, counted + 1)]
     if payload:
         free.append("payload.mass")
-    log = _measured(true, gain, delay, whole, friction, closed, rng, seed, duration)
-    return Case(nominal, true, gain, delay, tuple(free), log)
+    log, noise = _measured(true, gain, delay, whole, friction, closed, rng, seed, duration)
+    return Case(nominal, true, gain, delay, tuple(free), log, noise)
 
 
 def _measured(true, gain, delay, whole, friction, closed, rng, seed, duration):  # type: ignore[no-untyped-def]
@@ -119,9 +129,11 @@ def _measured(true, gain, delay, whole, friction, closed, rng, seed, duration): 
     window = round(1.0 / CLOCK)
     mean = np.convolve(clean, np.ones(window) / window, "same")
     moves = float(np.std((clean - mean)[window:-window]))
-    return sc.simulated_log(
+    log = sc.simulated_log(
         true, excitation, CLOCK, noise=NOISE * moves, counts_per_turn=COUNTS, **options
     )
+    # White as it is, rounding counts as noise: the noise moves over steps.
+    return log, float(np.hypot(NOISE * moves, 2 * np.pi / COUNTS / np.sqrt(12)))
 
 
 def _tame_law(true, gain, delay, whole, per_unit, actuator):  # type: ignore[no-untyped-def]
@@ -141,6 +153,37 @@ def _tame_law(true, gain, delay, whole, per_unit, actuator):  # type: ignore[no-
             continue
 
 
+def least_deviations(case: Case) -> dict[str, float]:
+    """Return the least deviations of an unbiased estimate: relative, of the dead time in s."""
+    channel = channel_of(case.log)
+    rig = Rig(case.true, case.gain, case.delay)
+    columns = []
+    for each in parameters(case.true, list(case.free), channel, HALF_OF_NYQUIST):
+        value = 1.0 if each.name == "beam.stiffness" else case.truth[each.name]
+        h = 1e-5 * (value if each.positive else CLOCK)
+        ahead, behind = (_angle(each.write(rig, value + side), case) for side in (h, -h))
+        columns.append((ahead - behind) / (2 * h / value if each.positive else 2 * h))
+    slopes = np.column_stack(columns) / case.noise
+    size = np.linalg.norm(slopes, axis=0)
+    inverse = np.linalg.pinv(slopes / size, rcond=1e-12)
+    return dict(zip(case.free, (np.linalg.norm(inverse, axis=1) / size).tolist(), strict=True))
+
+
+def _angle(rig: Rig, case: Case) -> np.ndarray:
+    """Return the hub angle of a rig from rest, one pole of the sampled arm after the other."""
+    channel = channel_of(case.log)
+    system = equations(rig.arm, channel.actuator, channel.sensor, Modes(12))
+    held = HeldRig.of(system, CLOCK, rig.delay)
+    poles, shapes = np.linalg.eig(held.transition)
+    first, later = np.linalg.solve(shapes, np.column_stack([held.now, held.before])).T
+    seen = held.output @ shapes
+    u = np.concatenate([np.zeros(held.whole + 1), case.log.input]) * rig.gain
+    now, before = u[1 : case.log.samples + 1], u[: case.log.samples]
+    driven = (lfilter([0, 1], [1, -p], a * now + b * before) for p, a, b in
+              zip(poles, first, later, strict=True))  # fmt: skip
+    return np.real(sum(c * x for c, x in zip(seen, driven, strict=True)))
+
+
 def figures(case: Case) -> dict[str, object]:
     """Return how far the fit of a case is off, in the measures that count."""
     start = time.perf_counter()
@@ -153,6 +196,7 @@ def figures(case: Case) -> dict[str, object]:
     ratios = case.true.damping_ratios(3)
     counts = below & (ratios * exact >= WIDTH_HZ) & (coherence > COHERENCE)
     off = found.arm.damping_ratios(3) / ratios - 1
+    least = least_deviations(case)
     inside = {
         name: bool(low <= value <= high)
         for name, value in case.truth.items()
@@ -163,6 +207,12 @@ def figures(case: Case) -> dict[str, object]:
         "frequency": [float(x) for x in (fitted / exact - 1)[below]],
         "delay": float((found.delay - case.delay) / CLOCK),
         "damping": [float(x) for x in off[counts]],
+        "least": [least[f"damping.{k + 1}"] for k in np.flatnonzero(counts)],
+        "stated_over_least": {
+            name: found[name].standard_deviation
+            / (deviation if name == "delay" else deviation * found[name].value)
+            for name, deviation in least.items()
+        },
         "inside": inside,
         "undetermined": [name for group in found.undetermined for name in group],
         "scatter": found.scatter,
@@ -175,6 +225,14 @@ def summary(rows: list[dict]) -> str:  # type: ignore[type-arg]
     frequency = [max((abs(x) for x in row["frequency"]), default=0.0) for row in rows]
     late = [abs(row["delay"]) for row in rows]
     damped = [max(map(abs, row["damping"])) for row in rows if row["damping"]]
+    best = [float(np.prod([_chance(x) for x in row["least"]])) for row in rows if row["least"]]
+    clear = [
+        abs(x)
+        for row in rows
+        for x, least in zip(row["damping"], row["least"], strict=True)
+        if _chance(least) > 0.95
+    ]
+    stated = [x for row in rows for x in row["stated_over_least"].values() if np.isfinite(x)]
     inside = [flag for row in rows for flag in row["inside"].values()]
     names = sorted({name for row in rows for name in row["inside"]})
     by_name = {
@@ -186,10 +244,19 @@ def summary(rows: list[dict]) -> str:  # type: ignore[type-arg]
         f"delay within {DELAY} of a sample: {share(late, DELAY)}",
         f"damping within {DAMPING:.0%}, where ζf >= {WIDTH_HZ} Hz and coherence > {COHERENCE}: "
         f"{share(damped, DAMPING)}",
+        f"  the bound of Cramér and Rao would have {np.mean(best):.1%} of the rigs within it",
+        f"  modes that it lets within it on 95 % of the logs: {share(clear, DAMPING)}",
+        f"stated deviations over those of the bound: median {np.median(stated):.2f}, "
+        f"5 to 95 % of them {np.quantile(stated, 0.05):.2f} to {np.quantile(stated, 0.95):.2f}",
         f"95 % intervals hold the truth: {np.mean(inside):.1%} of {len(inside)}",
         *(f"  {name}: {np.mean(flags):.1%} of {len(flags)}" for name, flags in by_name.items()),
     ]
     return "\n".join(lines)
+
+
+def _chance(deviation: float) -> float:
+    """Return how likely an error in ln ζ of this deviation is within the limit."""
+    return float(ndtr(np.log1p(DAMPING) / deviation) - ndtr(np.log1p(-DAMPING) / deviation))
 
 
 def share(values: list[float], limit: float) -> str:

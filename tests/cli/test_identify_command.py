@@ -32,7 +32,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-COLUMNS = ("--column", "time_s=t", "--column", "torque=u", "--column", "theta_deg=enc")
+MAPPED = {"time_s": "t", "torque": "u", "theta_deg": "enc"}
+COLUMNS = tuple(x for pair in MAPPED.items() for x in ("--column", "=".join(pair)))
 
 
 def test_a_log_becomes_a_report_and_an_arm(folder: Path) -> None:
@@ -59,6 +60,11 @@ def test_a_log_becomes_a_report_and_an_arm(folder: Path) -> None:
     assert page.count("<svg") == 1
     header, first, *_ = (out / "response.csv").read_text().splitlines()
     assert len(header.split(",")) == len(first.split(",")) == 7
+    # What it wrote is what a design file's [measured] reads.
+    again = sc.read_response(out / "response.csv", sample_time=0.01)
+    estimated = sc.estimate_response(sc.read_log(folder / "run.csv", MAPPED))
+    np.testing.assert_allclose(again.values, estimated.values, rtol=1e-9)
+    np.testing.assert_allclose(again.known_deviation, estimated.known_deviation, rtol=1e-9)
 
 
 def test_a_mistake_is_one_line(folder: Path) -> None:

@@ -16,7 +16,7 @@ LAW = ([4.0, -3.6], [1.0, -0.6])
 
 
 def exact(frequencies_hz: np.ndarray, delay: float = 0.0, sensor: str = "theta") -> np.ndarray:
-    system = equations(ARM, "torque", (sensor,), Modes(20))
+    system = equations(ARM, "torque", sensor, Modes(20))
     return response_of(system, 2 * np.pi * frequencies_hz, T, delay)
 
 

@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 import slewctl as sc
-from slewctl.files import read_design
+from slewctl.files import read_arm, read_design
 from slewctl.measured import rig_problem
 from slewctl.measured.ellipsoid import ellipsoid_ends
-from slewctl.measured.fit_rig import _without_state
+from slewctl.measured.fit_rig import _descend_record, _without_state
 from slewctl.measured.record_data import RecordData, smooth
 from slewctl.measured.response_data import ResponseData, rig_response
 from slewctl.measured.rig_model import Channel, Modes, modes_for
-from slewctl.measured.rig_parameters import Rig, parameters
+from slewctl.measured.rig_parameters import Rig, parameters, with_dead_time
 from slewctl.measured.rig_problem import RigProblem
 
 T = 0.01
@@ -104,6 +104,60 @@ def test_the_spectrum_of_noise_is_found_steep_or_flat() -> None:
     found = smooth(power)
     assert np.mean(np.log(found / shape)[20:]) == pytest.approx(0, abs=0.05)
     assert np.std(np.log(found / shape)[200:]) < 0.25
+
+
+def test_what_a_fit_has_taken_of_the_noise_is_no_lack_of_it() -> None:
+    rng = np.random.default_rng(2)
+    free = np.ones(400)
+    free[:40], free[200:210] = 0.25, 0.1  # as where a state, and where a light mode, is fitted
+    # So many of two squares are left at each bin, in the mean.
+    found = np.array([smooth(rng.gamma(free), free) for _ in range(600)])
+    assert np.mean(np.log(found[:, :40])) == pytest.approx(0, abs=0.05)
+    assert np.mean(np.log(found[:, 190:220])) == pytest.approx(0, abs=0.05)
+
+
+def quiet_light_rig() -> tuple[RecordData, RigProblem, np.ndarray]:
+    """Return the record of a mode far above the noise, what is free, and the true coordinates."""
+    light = sc.vary(TRUE, damping_ratio=[0.002, 0.01])
+    u = sc.prbs(3000, amplitude=0.2, hold=2, seed=3)
+    log = sc.simulated_log(light, u, T, gain=RIG.gain, delay=RIG.delay, noise=2e-4, seed=3)
+    data = RecordData(log, modes_for(NOMINAL, 40.0))
+    data.weight = np.full(len(data.omega), 1 / 2e-4)
+    free = parameters(NOMINAL, FREE, data.channel, 40.0)
+    problem = RigProblem(Rig(replace(light, damping_ratio=(0.01, 0.01))), free)
+    values = np.array([{**EXPECTED, "damping.1": 0.002}[each.name] for each in free])
+    values[0] = 1.0  # a factor on the stiffness that `light` has
+    scales = np.array([each.scale for each in free])
+    return data, problem, np.where(problem.logarithmic, np.log(values), values / scales)
+
+
+def test_a_descent_ends_where_the_squares_are_least() -> None:
+    data, problem, true = quiet_light_rig()
+    data.expect(problem.rig_at(true))
+    start = true + 1e-3 * np.array([0.3, 1.0, -1.0, 5.0, 0.0, 1.0])
+    found = _descend_record(problem, data, start, fine=True)
+    remainder = data.state_part(problem.rig_at(found))
+    slopes = problem.differences(partial(_without_state, data, remainder), found)
+    Q, R = np.linalg.qr(slopes)
+    # What one more step would be, in deviations, and how far the truth is.
+    assert np.linalg.norm(Q.T @ remainder.vector) < 0.1
+    assert np.sum((R @ (true - found)) ** 2) < chi2.ppf(0.999, len(true))
+
+
+def test_a_mode_that_the_input_hardly_moves_is_no_free_vibration() -> None:
+    data, problem, true = quiet_light_rig()
+    rig = problem.rig_at(true)
+    data.expect(rig)
+    u = np.concatenate([np.zeros(2), sc.prbs(3000, amplitude=0.2, hold=2, seed=3)]) * RIG.gain
+    system, held = data._held(rig)
+    x, states = np.zeros(len(held.transition)), []
+    for now, before in zip(u[1:], u[:-1], strict=True):
+        states.append(x)
+        x = held.transition @ x + held.now * now + held.before * before
+    moved = np.sqrt(2 * np.mean(np.square(states), axis=0) / data.count)
+    assert data._pull[0] == 0.0  # where an angle is counted from
+    assert system.A[:, 0].any() == 0
+    np.testing.assert_allclose(1 / data._pull[1:], moved[1:], rtol=0.35)
 
 
 @pytest.fixture(scope="module")
@@ -222,3 +276,30 @@ def test_python_controls_data_are_fitted() -> None:
     found = sc.fit(TRUE, frd, ["gain", "delay"])
     assert found.gain == pytest.approx(0.85, rel=1e-6)
     assert found.delay == pytest.approx(0.017, rel=1e-5)
+
+
+def test_dead_times_and_lags_are_the_arms_own(tmp_path: Path) -> None:
+    slow = sc.Sensor(lag=0.003, delay=0.002)
+    arm = replace(TRUE, sensors={"theta": slow})
+    late = replace(arm, actuator=sc.Actuator(delay=0.015))
+    u = sc.prbs(300, seed=1)
+    beside = sc.simulated_log(arm, u, T, delay=0.015)
+    np.testing.assert_array_equal(sc.simulated_log(late, u, T).output, beside.output)
+    hz, channel = np.linspace(0.3, 40, 40), Channel("torque", "theta")
+    modes = Modes(12)
+    values = rig_response(Rig(late, 0.85, 0.02), channel, modes, 2 * np.pi * hz)
+    bare = rig_response(Rig(TRUE), channel, modes, 2 * np.pi * hz)
+    turned = 0.85 * np.exp(-2j * np.pi * hz * 0.02) / (1 + 2j * np.pi * hz * slow.lag)
+    np.testing.assert_allclose(values, bare * turned, rtol=1e-9)
+    found = sc.fit(late, sc.Response(hz, values), ["gain", "delay"])
+    assert found.delay == pytest.approx(0.02, rel=1e-5)
+    assert found.arm.drive.delay == pytest.approx(0.018, rel=1e-5)
+    assert found.arm.sensor("theta") == slow
+    (tmp_path / "arm.toml").write_text(found.to_toml(), encoding="utf-8")
+    assert read_arm(tmp_path / "arm.toml") == found.arm
+    # What was not freed is known, and the same response then only lacks 3 ms.
+    known = sc.fit(late, sc.Response(hz, values * np.exp(2j * np.pi * hz * 0.003)), ["gain"])
+    assert known.arm == late
+    assert known.gain == pytest.approx(0.85, rel=1e-5)
+    sooner = with_dead_time(late, "theta", 0.001)
+    assert (sooner.drive.delay, sooner.sensor("theta").delay) == (0.0, 0.001)

@@ -61,6 +61,22 @@ def test_a_design_is_a_test_for_each_requirement(pytester: pytest.Pytester, inne
     )
 
 
+def test_the_worst_arm_and_a_measured_plant_have_tests_of_their_own(
+    pytester: pytest.Pytester, inner: Inner
+) -> None:
+    source = ROOT / "designs" / "measured"
+    text = (source / "servo-with-ruler.toml").read_text(encoding="utf-8")
+    box = "[uncertainty]\nbox = { stiffness_factor = [0.9, 1.1] }\n"
+    designs(pytester, rig=text[: text.index("[variations")] + box)
+    response = (source / "servo-with-ruler.csv").read_text(encoding="utf-8")
+    (pytester.path / "designs" / "servo-with-ruler.csv").write_text(response, encoding="utf-8")
+    result = inner("--slewctl", "--collect-only", "-q", "designs")
+    names = [line.split("::")[1] for line in result.outlines if "::" in line]
+    asked = ["stable", "gain_margin_db", "phase_margin_deg", "modulus_margin"]
+    arms = ["", "[worst of the box]", "[measured]"]
+    assert names == [name + arm for arm in arms for name in asked]
+
+
 def test_a_failure_tells_value_limit_place_and_arm(pytester: pytest.Pytester, inner: Inner) -> None:
     designs(pytester, good=FAST)
     result = inner("--slewctl", "designs")
