@@ -64,7 +64,7 @@ def test_a_design_is_a_test_for_each_requirement(pytester: pytest.Pytester, inne
 def test_the_worst_arm_and_a_measured_plant_have_tests_of_their_own(
     pytester: pytest.Pytester, inner: Inner
 ) -> None:
-    source = ROOT / "designs" / "measured"
+    source = ROOT / "designs" / "rigs"
     text = (source / "servo-with-ruler.toml").read_text(encoding="utf-8")
     box = "[uncertainty]\nbox = { stiffness_factor = [0.9, 1.1] }\n"
     designs(pytester, rig=text[: text.index("[variations")] + box)
