@@ -165,10 +165,11 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
         uncertainty = faults.attempt(read_uncertainty, tables["uncertainty"], varied, tried)
     measured = None
     if tables.get("measured"):
+        # Where the controller is wrong, the rest of the table is looked at all the same.
+        met = keys["objective"] or Objective(_HALF, _HALF)
         measured = faults.attempt(
-            read_measured, tables["measured"], source.path, varied, keys["objective"],
-            common, tried,
-        )  # fmt: skip
+            read_measured, tables["measured"], source.path, varied, met, common, tried
+        )
     sought = () if uncertainty is None else (QUANTITIES[uncertainty.quantity].requirement,)
     needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
     if needs_slew and "slew" not in source.content:

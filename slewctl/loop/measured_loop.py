@@ -81,11 +81,11 @@ def measured_loop(
     if poles_at_zero is None:
         quarters = round(float(np.angle(response.values[0])) / (np.pi / 2))
         poles_at_zero = abs(quarters)  # a lead of a quarter is a lag of one with a minus
-        told.append(
-            f"{poles_at_zero} poles of the plant at zero, from the phase of the first point"
-        )
+        source = "from the phase of the first point"
     else:
-        told.append(f"{poles_at_zero} poles of the plant at zero, as given")
+        source = "as given"
+    poles = "pole" if poles_at_zero == 1 else "poles"
+    told.append(f"{poles_at_zero} {poles} of the plant at zero, {source}")
     hz, values, radius = _between(response, poles_at_zero)
     omega = 2 * np.pi * hz
     K = FrequencyResponse(negative)

@@ -96,7 +96,7 @@ def test_the_exact_response_of_an_arm_is_judged_as_the_arm(design: Path) -> None
         result.recorded[NOMINAL]["modulus_margin"].value, rel=0.01
     )
     assert "no response tells disk_margin" in result.notes[-1]
-    assert "1 poles of the plant at zero" in result.notes[0]
+    assert "1 pole of the plant at zero" in result.notes[0]
 
 
 def test_what_the_interval_leaves_open_fails_and_says_so(design: Path) -> None:
@@ -179,6 +179,15 @@ def test_what_is_wrong_is_told_in_one_line(design: Path) -> None:
     both = sc.Objective({"theta": 1.0, "torque": 1.0}, {"torque": 1.0, "theta": 1.0, "tip": 1.0})
     with pytest.raises(sc.InputError, match="reads theta, tip, a response is of one signal"):
         read_measured({"file": "rig.csv"}, design, ARM, both, {}, ())
+
+
+def test_what_is_wrong_with_the_controller_hides_nothing_of_the_response(design: Path) -> None:
+    text = design.read_text(encoding="utf-8")
+    wrong = text.replace('inputs = ["theta"]', 'inputs = ["thta"]').replace("rig.csv", "gone.csv")
+    design.write_text(wrong, encoding="utf-8")
+    told = [fault for fault, _ in check_file(design).faults]
+    assert ["controller.inputs" in told[0], "measured.file" in told[1]] == [True, True]
+    assert len(told) == 2
 
 
 def test_poles_at_zero_are_those_of_the_signal() -> None:
