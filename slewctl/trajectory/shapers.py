@@ -286,13 +286,13 @@ def _single(kind: str, mode: Mode, tolerance: float) -> Shaper:
     if kind == "mzv":
         fade = mode.fade ** (3 / 4)
         amplitudes = np.array([1 - sqrt(0.5), (sqrt(2) - 1) * fade, (1 - sqrt(0.5)) * fade**2])
-        times = np.arange(3) * 0.75 * mode.half_period
+        times = 0.75 * mode.half_period * np.arange(3.0)
         return _merged(kind, times, amplitudes / amplitudes.sum())
     if kind in _TOLERANT:
         tolerance = _raised(kind, mode, tolerance)
     amplitudes = _faded(kind, mode, tolerance)
-    return _merged(kind, np.arange(len(amplitudes)) * mode.half_period,
-                   amplitudes / amplitudes.sum())  # fmt: skip
+    times = mode.half_period * np.arange(float(len(amplitudes)))
+    return _merged(kind, times, amplitudes / amplitudes.sum())
 
 
 def _faded(kind: str, mode: Mode, tolerance: float) -> Array:
