@@ -16,6 +16,8 @@ from slewctl.errors import InputError, check_nonnegative, check_number, check_po
 MINIMUM_JERK = ((0, 0, 0, 10, -15, 6), (0, 0, 30, -60, 30, 0), (0, 60, -180, 120, 0, 0))
 # Below this the difference x + expm1(-x) loses digits, and its series has none to lose.
 _SERIES = 0.05
+# A time that is told in six digits, and shall suffice.
+_ROUNDED_UP = 1 + 1e-5
 
 
 class Profile(ABC):
@@ -82,7 +84,7 @@ class _Timed(Profile):
             raise InputError(
                 f"{self.duration_s:g} s needs {needed:.4g} N·m, the limit is {limit:g}",
                 where="duration_s",
-                remedy=f"take at least {self.duration_s * sqrt(needed / limit):.6g} s",
+                remedy=f"take at least {self.duration_s * sqrt(needed / limit) * _ROUNDED_UP:.6g} s",
             )
 
 
