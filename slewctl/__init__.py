@@ -126,6 +126,10 @@ if TYPE_CHECKING:
         state_space,
     )
     from slewctl.problem import Problem
+    from slewctl.trajectory.profiles import MinimumJerk, RigidTimeOptimal, SCurve, Versine
+    from slewctl.trajectory.rest_to_rest import BangBang, rest_to_rest
+    from slewctl.trajectory.sampled_shaper import sampled_shaper
+    from slewctl.trajectory.shapers import Mode, Shaper, compare_shapers, shaper
 
 __version__ = "0.2.0"
 
@@ -134,6 +138,7 @@ __all__ = [
     "Actuator",
     "Arm",
     "ArmMatched",
+    "BangBang",
     "Beam",
     "ClampedFree",
     "Controller",
@@ -151,8 +156,10 @@ __all__ = [
     "LumpedMass",
     "Margins",
     "MeasuredMargins",
+    "MinimumJerk",
     "Modal",
     "ModalData",
+    "Mode",
     "Model",
     "Motor",
     "NonlinearModel",
@@ -164,9 +171,12 @@ __all__ = [
     "Rayleigh",
     "Response",
     "RigFit",
+    "RigidTimeOptimal",
     "Root",
+    "SCurve",
     "SampledLoop",
     "Sensor",
+    "Shaper",
     "Slew",
     "SlewctlError",
     "Slewing",
@@ -174,6 +184,7 @@ __all__ = [
     "Swing",
     "Truth",
     "UnstableLoopError",
+    "Versine",
     "WithStatic",
     "arm_modes",
     "arms",
@@ -181,6 +192,7 @@ __all__ = [
     "balanced_truncation",
     "close",
     "compare_designs",
+    "compare_shapers",
     "dlqe",
     "dlqr",
     "encoder_noise",
@@ -222,8 +234,11 @@ __all__ = [
     "read_log",
     "read_response",
     "recommend",
+    "rest_to_rest",
     "run_study",
     "sampled_plant",
+    "sampled_shaper",
+    "shaper",
     "simulate_slew",
     "simulate_swing",
     "simulate_turned_hub",

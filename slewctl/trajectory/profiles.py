@@ -81,10 +81,11 @@ class _Timed(Profile):
         """
         needed = check_positive(inertia, "inertia") * self.peak_acceleration
         if needed > check_positive(limit, "limit"):
+            least = self.duration_s * sqrt(needed / limit) * _ROUNDED_UP
             raise InputError(
                 f"{self.duration_s:g} s needs {needed:.4g} N·m, the limit is {limit:g}",
                 where="duration_s",
-                remedy=f"take at least {self.duration_s * sqrt(needed / limit) * _ROUNDED_UP:.6g} s",
+                remedy=f"take at least {least:.6g} s",
             )
 
 

@@ -79,6 +79,10 @@ def rest_to_rest(
         1 leaves no vibration in the modes as given; with 2 its derivative with respect to
         each frequency vanishes as well.
 
+    Returns
+    -------
+    BangBang
+
     Raises
     ------
     InputError
@@ -86,6 +90,13 @@ def rest_to_rest(
     AccuracyError
         If the number of switches is not that of the switching equations, or Newton's method
         does not converge.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> turn = sc.rest_to_rest(1.0, torque_limit=1.0, inertia=2.0, modes=[sc.Mode(2**0.5)])
+    >>> f"{turn.duration:.6f} s, {len(turn.switches)} switches"
+    '4.217867 s, 3 switches'
     """
     if check_number(angle, "angle") == 0:
         raise InputError("no turn", where="angle", remedy="give an angle")

@@ -35,12 +35,23 @@ def sampled_shaper(modes: Sequence[Mode], sample_time: float, order: int = 1) ->
     order : {1, 2}
         2 makes the residual's derivative with respect to each frequency vanish as well.
 
+    Returns
+    -------
+    Shaper
+
     Raises
     ------
     InputError
         For no mode, another order, or less than two samples in half a period of a mode.
     AccuracyError
         If the residual, computed anew, is not what it should be.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> found = sc.sampled_shaper([sc.Mode(12.0), sc.Mode(61.0)], sample_time=0.01)
+    >>> found.duration < sc.shaper("zv", [sc.Mode(12.0), sc.Mode(61.0)]).duration
+    True
     """
     if not modes or order not in (1, 2):
         raise InputError(

@@ -218,6 +218,10 @@ def shaper(kind: str, modes: Mode | Sequence[Mode], tolerance: float = TOLERANCE
     tolerance : float
         The residual that the EI shapers allow, between 0 and 1.
 
+    Returns
+    -------
+    Shaper
+
     Raises
     ------
     InputError
@@ -261,10 +265,22 @@ def compare_shapers(
     error : float
         Relative error of all frequencies at once, either way.
 
+    Returns
+    -------
+    ShaperTable
+
     Raises
     ------
     InputError
         For an error that is not between 0 and 1.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> modes = [sc.Mode(12.0, 0.01)]
+    >>> table = sc.compare_shapers([sc.shaper("zv", modes), sc.shaper("zvd", modes)], modes)
+    >>> [f"{row.name} {row.residual_off:.3f}" for row in table.entries]
+    ['zv 0.154', 'zvd 0.024']
     """
     if not 0 < error < 1:
         raise InputError(
