@@ -182,8 +182,10 @@ def _newton(times: Array, size: float, modes: Sequence[Mode], order: int) -> Arr
         started = _rows(np.zeros(1), end, modes, order)[1][:, 0]
         error = -(sums @ jumps) - started - wanted
         step = np.linalg.lstsq(-weights * jumps, -error, rcond=None)[0]
-        times = times + step
-        if np.abs(step).max() <= _CONVERGED * end:
+        # No switch overtakes another: each gap keeps half of itself at least.
+        closing = np.max(-np.diff(step, prepend=0.0) / np.diff(times, prepend=0.0))
+        times = times + step / max(1.0, 2 * closing)
+        if np.abs(step).max() <= _CONVERGED * end or times[-1] > 2 * end:
             break
     scale = np.abs(sums).max(axis=1)
     apart = np.diff(times, prepend=0.0)
