@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from slewctl.errors import InputError
+from slewctl.errors import AccuracyError, InputError
 from slewctl.trajectory.profiles import RigidTimeOptimal
 from slewctl.trajectory.rest_to_rest import BangBang, rest_to_rest
 from slewctl.trajectory.shapers import Mode, shaper
@@ -77,3 +77,18 @@ def test_torque_between_switches() -> None:
 def test_impossible_turns_are_refused(bad: tuple[float, float, float]) -> None:
     with pytest.raises(InputError):
         rest_to_rest(*bad, [Mode(1.0)])
+
+
+def test_a_turn_is_at_rest_at_the_end_or_refused() -> None:
+    rng, solved = np.random.default_rng(0), 0
+    for _ in range(20):
+        low = rng.uniform(0.5, 8.0)
+        modes = [Mode(w, rng.uniform(0, 0.05)) for w in (low, low * rng.uniform(2, 4))]
+        try:
+            found = rest_to_rest(1.0, 1.0, 1.0, modes)
+        except AccuracyError:
+            continue
+        solved += 1
+        np.testing.assert_allclose(after(found, 1.0, modes)[0], [1.0, 0.0], atol=1e-8)
+        np.testing.assert_allclose(after(found, 1.0, modes)[1:], 0.0, atol=1e-8)
+    assert solved >= 10
