@@ -127,6 +127,10 @@ if TYPE_CHECKING:
         state_space,
     )
     from slewctl.problem import Problem
+    from slewctl.trajectory.profiles import MinimumJerk, RigidTimeOptimal, SCurve, Versine
+    from slewctl.trajectory.rest_to_rest import BangBang, rest_to_rest
+    from slewctl.trajectory.sampled_shaper import sampled_shaper
+    from slewctl.trajectory.shapers import Mode, Shaper, compare_shapers, shaper
 
 __version__ = "0.2.0"
 
@@ -135,6 +139,7 @@ __all__ = [
     "Actuator",
     "Arm",
     "ArmMatched",
+    "BangBang",
     "Beam",
     "ClampedFree",
     "Controller",
@@ -152,8 +157,10 @@ __all__ = [
     "LumpedMass",
     "Margins",
     "MeasuredMargins",
+    "MinimumJerk",
     "Modal",
     "ModalData",
+    "Mode",
     "Model",
     "Motor",
     "NonlinearModel",
@@ -166,9 +173,12 @@ __all__ = [
     "Rayleigh",
     "Response",
     "RigFit",
+    "RigidTimeOptimal",
     "Root",
+    "SCurve",
     "SampledLoop",
     "Sensor",
+    "Shaper",
     "Slew",
     "SlewctlError",
     "Slewing",
@@ -176,6 +186,7 @@ __all__ = [
     "Swing",
     "Truth",
     "UnstableLoopError",
+    "Versine",
     "WithStatic",
     "arm_modes",
     "arms",
@@ -183,6 +194,7 @@ __all__ = [
     "balanced_truncation",
     "close",
     "compare_designs",
+    "compare_shapers",
     "dlqe",
     "dlqr",
     "encoder_noise",
@@ -225,8 +237,11 @@ __all__ = [
     "read_log",
     "read_response",
     "recommend",
+    "rest_to_rest",
     "run_study",
     "sampled_plant",
+    "sampled_shaper",
+    "shaper",
     "simulate_slew",
     "simulate_swing",
     "simulate_turned_hub",

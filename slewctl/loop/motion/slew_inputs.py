@@ -11,6 +11,7 @@ from slewctl.errors import InputError, check_number, check_positive
 from slewctl.loop.closed import Loop
 from slewctl.plant.signals import TORQUE, signal
 from slewctl.plant.statespace import APPLIED
+from slewctl.trajectory.profiles import MINIMUM_JERK, minimum_jerk
 
 # Outputs of the loop that the signals are made of; the last is what the actuator applies.
 WATCHED = ("theta", "theta_motor_dot", "tip", "tip_deflection", APPLIED)
@@ -79,18 +80,11 @@ class Slew:
     def coefficients(self) -> Array:
         """Angle (rad), rate and acceleration of the reference as powers of t/duration, (3, 6)."""
         T, angle = np.float64(self.duration_s), np.radians(self.angle_deg)
-        powers = [[0, 0, 0, 10, -15, 6], [0, 0, 30, -60, 30, 0], [0, 60, -180, 120, 0, 0]]
-        return np.array(powers) * np.array([[angle], [angle / T], [angle / T / T]])
+        return np.array(MINIMUM_JERK) * np.array([[angle], [angle / T], [angle / T / T]])
 
     def reference(self, t: Array) -> tuple[Array, Array, Array]:
         """Return angle (rad), rate and acceleration of the reference at times t."""
-        T, angle = self.duration_s, np.radians(self.angle_deg)
-        s = np.clip(t / T, 0.0, 1.0)
-        return (
-            angle * s**3 * (10 - 15 * s + 6 * s**2),
-            angle / T * 30 * s**2 * (1 - s) ** 2,
-            angle / T / T * 60 * s * (1 - s) * (1 - 2 * s),
-        )
+        return minimum_jerk(t, np.radians(self.angle_deg), self.duration_s)
 
 
 def rigid_readings(loop: Loop, angle: float, rate: float, acceleration: float) -> list[float]:

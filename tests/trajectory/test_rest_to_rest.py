@@ -1,0 +1,94 @@
+"""The fastest turns without vibration: at rest by simulation, symmetric, scaling, no slower."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from slewctl.errors import AccuracyError, InputError
+from slewctl.trajectory.profiles import RigidTimeOptimal
+from slewctl.trajectory.rest_to_rest import BangBang, rest_to_rest
+from slewctl.trajectory.shapers import Mode, shaper
+
+ARMS = [
+    ([Mode(1.5)], 1),
+    ([Mode(1.5, 0.08)], 1),
+    ([Mode(1.5, 0.03)], 2),
+    ([Mode(1.5, 0.01), Mode(4.1, 0.02)], 1),
+]
+
+
+def after(found: BangBang, inertia: float, modes: list[Mode]) -> list[np.ndarray]:
+    """Return (angle, rate) of the rigid arm and of each mode at the end, by matrix exponentials."""
+    systems = [(np.array([[0.0, 1.0], [0.0, 0.0]]), 1 / inertia)]
+    for m in modes:
+        systems.append((np.array([[0, 1], [-(m.frequency**2), -2 * m.ratio * m.frequency]]), 1.0))
+    marks = [0.0, *found.switches, found.duration]
+    ends = []
+    for a, b in systems:
+        big = np.zeros((3, 3))
+        big[:2, :2] = a
+        state = np.array([0.0, 0.0, found.limit])
+        for before, behind in itertools.pairwise(marks):
+            big[1, 2] = b
+            state = expm(big * (behind - before)) @ state
+            state[2] *= -1
+        ends.append(state[:2])
+    return ends
+
+
+@pytest.mark.parametrize(("modes", "order"), ARMS)
+def test_at_rest_at_the_end(modes: list[Mode], order: int) -> None:
+    found = rest_to_rest(-0.9, 0.7, 1.3, modes, order)
+    rigid, *flexible = after(found, 1.3, modes)
+    np.testing.assert_allclose(rigid, [-0.9, 0.0], atol=1e-10)
+    np.testing.assert_allclose(flexible, 0.0, atol=1e-10)
+    off = [[Mode(m.frequency * (1 + h), m.ratio) for m in modes] for h in (1e-3, 1e-4)]
+    left = [max(np.abs(after(found, 1.3, m)[1:]).max(axis=1)) for m in off]
+    assert np.log10(left[0] / left[1]) == pytest.approx(order, abs=0.05)
+
+
+def test_undamped_turns_are_symmetric_and_no_slower_than_shaped_ones() -> None:
+    mode = Mode(1.5)
+    rigid = RigidTimeOptimal(0.9, 0.7, 1.3).duration
+    for order, kind in ((1, "zv"), (2, "zvd")):
+        found = rest_to_rest(0.9, 0.7, 1.3, [mode], order)
+        marks = np.array([0.0, *found.switches, found.duration])
+        np.testing.assert_allclose(marks + marks[::-1], found.duration, rtol=1e-10)
+        assert rigid < found.duration <= rigid + shaper(kind, mode).duration
+
+
+def test_time_scales() -> None:
+    slow = rest_to_rest(0.9, 0.7, 1.3, [Mode(1.5, 0.02)])
+    fast = rest_to_rest(0.9, 70.0, 1.3, [Mode(15.0, 0.02)])
+    np.testing.assert_allclose(np.array(fast.switches) * 10, slow.switches, rtol=1e-9)
+
+
+def test_torque_between_switches() -> None:
+    turn = BangBang(2.0, (1.0, 2.0), 3.0)
+    t = np.array([-1, 0, 1, 2, 3.0])
+    np.testing.assert_array_equal(turn.torque(t), [0, 2, -2, 2, 0])
+
+
+@pytest.mark.parametrize("bad", [(0.0, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, -1.0)])
+def test_impossible_turns_are_refused(bad: tuple[float, float, float]) -> None:
+    with pytest.raises(InputError):
+        rest_to_rest(*bad, [Mode(1.0)])
+
+
+def test_a_turn_is_at_rest_at_the_end_or_refused() -> None:
+    rng, solved = np.random.default_rng(0), 0
+    for _ in range(20):
+        low = rng.uniform(0.5, 8.0)
+        modes = [Mode(w, rng.uniform(0, 0.05)) for w in (low, low * rng.uniform(2, 4))]
+        try:
+            found = rest_to_rest(1.0, 1.0, 1.0, modes)
+        except AccuracyError:
+            continue
+        solved += 1
+        np.testing.assert_allclose(after(found, 1.0, modes)[0], [1.0, 0.0], atol=1e-8)
+        np.testing.assert_allclose(after(found, 1.0, modes)[1:], 0.0, atol=1e-8)
+    assert solved >= 10
