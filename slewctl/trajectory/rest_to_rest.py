@@ -109,9 +109,10 @@ def rest_to_rest(
     wanted = 2 + 2 * order * len(modes)
     if len(start) != wanted:
         raise AccuracyError(
-            f"the fastest turn switches {len(start) - 1} times, the equations are {wanted}",
+            f"on a grid of {_SAMPLES} the fastest turn switches {len(start) - 1} times, not the "
+            f"{wanted - 1} times whose equations are solved here",
             where="rest_to_rest",
-            remedy="leave out a mode, or turn by another angle",
+            remedy="ask for fewer modes, the slowest ones, and shape the command for the others",
         )
     times = _newton(start, size, modes, order)
     return BangBang(
