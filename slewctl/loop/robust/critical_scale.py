@@ -23,7 +23,8 @@ def critical_scale(seen: Realisation) -> tuple[float, float | None]:
     if size * _LARGE < 1:
         return np.inf, None
     tame = 0.5 / size
-    up = classical_margins(LinearSystem(seen.A, -tame * seen.B, seen.C, -tame * seen.D)).gain_db
+    loop = LinearSystem(seen.A, -tame * seen.B, seen.C, -tame * seen.D)
+    up = classical_margins(loop, within=_STEP).gain_db
     share = float(tame * 10 ** (up.value / 20))
     if share > _LARGE:
         share, up = np.inf, Crossing(np.inf, None)

@@ -32,7 +32,7 @@ from slewctl.numerics.linear_system import LinearSystem
 # What is proved to less than this, relative, is in doubt.
 _PROVED = 1e-6
 # What is known to this needs no long numbers.
-_NARROW = 1e-9
+NARROW = 1e-9
 # Of a few operations at the end, relative.
 _ULPS = 8 * float(np.finfo(float).eps)
 # Boxes that were left undecided are looked at in so many parts.
@@ -103,7 +103,7 @@ def certify(loop: FactoredLoop, skew: float = 0.0) -> Certificate:
 
 
 def certified_margins(
-    loop: FactoredLoop, light: LinearSystem, skew: float, modes: Modes
+    loop: FactoredLoop, light: LinearSystem, skew: float, modes: Modes, within: float = NARROW
 ) -> Margins:
     """Return the margins of a loop that is stable, each with what is proved of it.
 
@@ -112,7 +112,7 @@ def certified_margins(
     loop : FactoredLoop
     light : LinearSystem
         The same as one system, without its dead time; from it perturbations are made.
-    skew, modes
+    skew, modes, within
         See `classical_margins`.
 
     Raises
@@ -126,7 +126,8 @@ def certified_margins(
         if not (longer := loop.longer):
             raise
         return _certified(longer, light, skew, modes)
-    if all(map(_narrow, found.each.values())) or not (longer := loop.longer):
+    narrow = all(_narrow(crossing, within) for crossing in found.each.values())
+    if narrow or not (longer := loop.longer):
         return found
     with suppress(UndecidedError):
         found = _certified(longer, light, skew, modes)
@@ -213,11 +214,11 @@ def _below(value: float) -> float:
     return max(value * (1 - _ULPS), 0.0)
 
 
-def _narrow(crossing: Crossing) -> bool:
-    """Whether a margin is known as well as double precision has room for."""
+def _narrow(crossing: Crossing, within: float) -> bool:
+    """Whether a margin is known as well as is wanted."""
     if crossing.at_least is None or math.isinf(crossing.value):
         return not _doubtful(crossing)
-    return crossing.at_least >= crossing.value * (1 - _NARROW) - _NARROW
+    return crossing.at_least >= crossing.value * (1 - within) - within
 
 
 def _doubtful(crossing: Crossing) -> bool:
