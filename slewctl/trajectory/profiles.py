@@ -209,8 +209,8 @@ class SCurve(Profile):
 class RigidTimeOptimal(Profile):
     """The fastest turn of a rigid arm under a torque limit: full torque, then full braking.
 
-    J θ̈ + c θ̇ = ±limit.  With z = c²·angle/(limit·J) and s = √(1 - e^{-z}) the arm is driven for
-    -(J/c) ln(1 - s) and braked for (J/c) ln(1 + s).
+    J θ̈ + c θ̇ = ±limit.  With z = c²·angle/(limit·J) and s = √(1 - e^{-z}) the arm is braked for
+    (J/c) ln(1 + s) and driven for -(J/c) ln(1 - s), which is (J/c) z longer.
 
     Parameters
     ----------
@@ -234,29 +234,17 @@ class RigidTimeOptimal(Profile):
         check_positive(self.torque_limit, "torque_limit")
         check_positive(self.inertia, "inertia")
         check_nonnegative(self.friction, "friction")
-        if self._lag >= 1:
-            raise InputError(
-                f"friction of {self.friction:g} N·m·s holds the arm at its top rate throughout: "
-                "the time of braking is below the rounding of the time of driving",
-                where="friction",
-                remedy="give a smaller friction, or a larger torque_limit",
-            )
-
-    @property
-    def _lag(self) -> float:
-        """The s of the class: how near the rate comes to its top, limit/c."""
-        z = self.friction**2 * abs(self.angle) / self.torque_limit / self.inertia
-        return sqrt(-expm1(-z))
 
     @property
     def phases(self) -> tuple[float, float]:
         """Times in s of driving and of braking."""
-        s = self._lag
-        if s == 0:
+        z = self.friction**2 * abs(self.angle) / self.torque_limit / self.inertia
+        if z == 0:
             half = sqrt(abs(self.angle) * self.inertia / self.torque_limit)
             return half, half
         lag = self.inertia / self.friction
-        return -lag * log1p(-s), lag * log1p(s)
+        braking = lag * log1p(sqrt(-expm1(-z)))
+        return lag * z + braking, braking
 
     @property
     def duration(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import cumulative_simpson
 
@@ -58,7 +58,8 @@ def test_s_curve_keeps_its_limits_and_uses_one_of_them_always(
     assert resting or peaks[0] == pytest.approx(v, rel=1e-9)
 
 
-@given(st.floats(0.0, 3.0), st.floats(0.1, 5.0))
+@given(st.floats(0.0, 30.0), st.floats(0.1, 5.0))
+@example(3.0, 4.875)  # 1 - s is all but zero
 def test_bang_bang_obeys_the_rigid_arm(friction: float, angle: float) -> None:
     profile = RigidTimeOptimal(angle, 2.0, 0.8, friction)
     t = np.linspace(0, profile.duration, 30)
@@ -67,7 +68,10 @@ def test_bang_bang_obeys_the_rigid_arm(friction: float, angle: float) -> None:
     np.testing.assert_allclose(np.abs(torque), 2.0, rtol=1e-12)
     driving, braking = profile.phases
     # The impulse of the torque is what the friction took.
-    assert 2.0 * (driving - braking) == pytest.approx(friction * angle, rel=1e-6, abs=1e-12)
+    assert 2.0 * (driving - braking) == pytest.approx(friction * angle, rel=1e-9, abs=1e-12)
+    end, last, _ = profile.at(np.array([profile.duration]))
+    assert end[0] == pytest.approx(angle, rel=1e-9)
+    assert last[0] == pytest.approx(0.0, abs=1e-9 * angle)
 
 
 def test_without_a_jerk_limit_and_a_rate_limit_the_s_curve_is_the_bang_bang() -> None:
