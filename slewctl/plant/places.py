@@ -12,6 +12,8 @@ from slewctl.errors import InputError
 from slewctl.model import Model
 
 Seen = Literal["displacement", "deflection", "moment"]
+# What the data of a place must hold for each.
+_KEYS: dict[Seen, str] = {"displacement": "shapes", "deflection": "shapes", "moment": "moments"}
 
 
 def place_row(model: Model, beam: ModalData, name: str, seen: Seen) -> Array:
@@ -38,11 +40,10 @@ def place_row(model: Model, beam: ModalData, name: str, seen: Seen) -> Array:
 def seen_at(beam: ModalData, name: str, seen: Seen, where: str) -> Array:
     """Return what each mode shows at a place; refuse what the data do not tell."""
     place: Place = beam.place(name, where)
-    key = "moments" if seen == "moment" else "shapes"
-    values = getattr(place, key)
+    values = getattr(place, _KEYS[seen])
     if values is None:
         raise InputError(
-            f"the modal data tell no {key} of the place {name!r}",
+            f"the modal data tell no {_KEYS[seen]} of the place {name!r}",
             where=where,
             remedy="add them, one for each mode",
         )
@@ -70,5 +71,6 @@ def knows(beam: Beam, name: str) -> bool:
     if not isinstance(beam, ModalData):
         return True
     place, seen = FIXED[name]
-    key = "moments" if seen == "moment" else "shapes"
-    return any(each.name == place and getattr(each, key) is not None for each in beam.places)
+    return any(
+        each.name == place and getattr(each, _KEYS[seen]) is not None for each in beam.places
+    )

@@ -212,14 +212,12 @@ class Place:
         period = 2 * math.pi / float(self.judge.truth.omega[0])
         reach = case.arm.hub.radius + case.arm.beam.length
         turn = math.radians(abs(case.slew.angle_deg))
-        # The largest acceleration of a minimum-jerk turn is 10/√3 angle/T².
-        acceleration = 10 / math.sqrt(3) * turn / case.slew.duration_s**2
         return {
             "": 1.0,
             "time": period,
             "rate": 1 / period,
             "length": reach * turn,
-            "torque": total_inertia(case.arm) * acceleration,
+            "torque": total_inertia(case.arm) * case.slew.peak_acceleration,
         }
 
     @cached_property

@@ -125,7 +125,7 @@ class Motion:
         found = (swing @ self.rows.T).real
         for block in self.blocks:
             found = found + (block.at(piece, tau) @ block.rows.T).real
-        powers = _powers(tau / self.length, self.polynomials.shape[2])
+        powers = np.vander(tau / self.length, self.polynomials.shape[2], increasing=True)
         return (found + (self.polynomials[piece] @ powers[..., None])[..., 0]).T
 
     def seen(self, signal: IntArray, piece: IntArray, tau: Array, half: Array) -> Seen:
@@ -171,11 +171,13 @@ class Motion:
             return c[:, 0], np.zeros(len(c)), np.zeros(len(c))
         s, g = tau / self.length, half / self.length
         j = np.arange(c.shape[1])
-        powers = _powers(s, len(j))
+        powers = np.vander(s, len(j), increasing=True)
         slope = ((c * j)[:, 1:] * powers[:, :-1]).sum(axis=1)
         bend = ((c * j * (j - 1))[:, 2:] * powers[:, :-2]).sum(axis=1)
         # The third derivative by its terms: it counts for less and less.
-        third = np.abs(c * j * (j - 1) * (j - 2))[:, 3:] * _powers(s + g, len(j) - 3)
+        third = np.abs(c * j * (j - 1) * (j - 2))[:, 3:] * np.vander(
+            s + g, len(j) - 3, increasing=True
+        )
         return (
             (c * powers).sum(axis=1),
             slope * g,
@@ -253,12 +255,6 @@ def _exponentials(rates: Values, t: Array) -> Values:
     """Return e^(rate·t), shape (times, rates), of times many of which are the same."""
     different, which = np.unique(t, return_inverse=True)
     return np.exp(rates * different[:, None])[which]
-
-
-def _powers(s: Array, count: int) -> Array:
-    powers = np.ones((len(s), count))
-    powers[:, 1:] = s[:, None]
-    return np.asarray(np.cumprod(powers, axis=1))
 
 
 def _block_seen(

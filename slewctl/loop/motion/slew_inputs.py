@@ -11,7 +11,7 @@ from slewctl.errors import InputError, check_number, check_positive
 from slewctl.loop.closed import Loop
 from slewctl.plant.signals import TORQUE, signal
 from slewctl.plant.statespace import APPLIED
-from slewctl.trajectory.profiles import MINIMUM_JERK, minimum_jerk
+from slewctl.trajectory.profiles import MINIMUM_JERK, MinimumJerk, minimum_jerk
 
 # Outputs of the loop that the signals are made of; the last is what the actuator applies.
 WATCHED = ("theta", "theta_motor_dot", "tip", "tip_deflection", APPLIED)
@@ -81,6 +81,11 @@ class Slew:
         """Angle (rad), rate and acceleration of the reference as powers of t/duration, (3, 6)."""
         T, angle = np.float64(self.duration_s), np.radians(self.angle_deg)
         return np.array(MINIMUM_JERK) * np.array([[angle], [angle / T], [angle / T / T]])
+
+    @property
+    def peak_acceleration(self) -> float:
+        """Largest |angular acceleration| of the reference, in rad/s²."""
+        return MinimumJerk(np.radians(self.angle_deg), self.duration_s).peak_acceleration
 
     def reference(self, t: Array) -> tuple[Array, Array, Array]:
         """Return angle (rad), rate and acceleration of the reference at times t."""

@@ -75,7 +75,7 @@ class GraphLine:
         self.residue: ComplexArray = _beside(0.0, factor.residue * scale)
         self.size: Array = np.abs(self.residue)
         # Of s⁻ᵉ, e = 0, 1, …, k: a rigid body.
-        self.rigid: ComplexArray = _beside(0.0, _inverse_powers(factor) * scale)
+        self.rigid: ComplexArray = _beside(0.0, factor.inverse_powers * scale)
         self.D = _beside(1.0, factor.D * scale) + self.rigid[0]
         others = [block for block in factor.blocks if not block.nilpotent]
         self.others = Factor(_alone(factor.form, others)) if others else None
@@ -281,22 +281,6 @@ def _turn(sigma: ComplexArray, a: Array, b: Array) -> Array:
     return np.asarray(
         sign * (np.arctan2(b - sigma.imag, width) - np.arctan2(a - sigma.imag, width))
     )
-
-
-def _inverse_powers(factor: Factor) -> ComplexArray:
-    """Return the coefficients of s⁻ᵉ of all blocks at the origin, shape (k + 1, p)."""
-    found = np.zeros((factor.order_at_zero + 1, factor.outputs), complex)
-    form = factor.form
-    for block in factor.blocks:
-        if not block.nilpotent:
-            continue
-        a, b = factor.all.a[block.index[0]], factor.all.b[block.index[0]]
-        vector, term = form.entry[block.index], np.ones(1, complex)
-        for _ in block.index:  # Y Tʲ⁻¹ ξ uʲ with u = a + b/s
-            term = np.polynomial.polynomial.polymul(term, [a, b])
-            found[: len(term)] += term[:, None] * (form.shape[:, block.index] @ vector)
-            vector = block.T @ vector
-    return found
 
 
 def _alone(form: ModalForm, blocks: list[Block]) -> ModalForm:

@@ -8,7 +8,6 @@ triangular block is a chain of products of such terms.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cached_property
 from weakref import WeakKeyDictionary
 
@@ -206,15 +205,15 @@ class Factor:
         slope = (q * q) @ self.size + ends
         value = 0j * self.D if k else self.values(np.zeros(1, complex))[0]
         away = radius**k * others if k else radius * slope
-        for block in self.blocks:
-            a, b = self.all.a[block.index], self.all.b[block.index]
-            if block.nilpotent:
-                for j, moment in self._moments(block):
+        for block, powers in zip(self.blocks, self.at_zero, strict=True):
+            if powers:
+                a, b = powers.a, powers.b
+                for j, moment in enumerate(powers.moments, start=1):
                     # sᵏ uʲ with u = a + b/s.
-                    top = (abs(b[0]) + abs(a[0]) * radius) ** j * radius ** (k - j)
+                    top = (abs(b) + abs(a) * radius) ** j * radius ** (k - j)
                     if j == k:
-                        value = value + moment * b[0] ** k
-                        top -= abs(b[0]) ** k
+                        value = value + moment * b**k
+                        top -= abs(b) ** k
                     away = away + np.abs(moment) * top
             else:
                 near = 1 / self._away(block, np.zeros(1, complex), radius)
@@ -257,22 +256,16 @@ class Factor:
         found[k + 1] = -self.at_end / 2
         for power in range(k):
             found[power] += (self.residue * self.simple.sigma[:, None] ** (k - 1 - power)).sum(0)
-        for block in self.blocks:
-            if block.nilpotent:
-                a, b = self.all.a[block.index[0]], self.all.b[block.index[0]]
-                line = np.ones(1, complex)
-                for j, moment in self._moments(block):
-                    line = np.polynomial.polynomial.polymul(line, [b, a])
-                    shifted = np.concatenate([np.zeros(k - j), line])
-                    found[: len(shifted)] += shifted[:, None] * moment
+        found[k::-1] += self.inverse_powers
         return np.abs(found) * (1 + 1e-9)
 
-    def _moments(self, block: Block) -> Iterator[tuple[int, ComplexArray]]:
-        """Yield j and the factor of uʲ, shape (p,), of a block at the origin: Y Tʲ⁻¹ ξ."""
-        vector = self.form.entry[block.index]
-        for j in range(1, len(block.index) + 1):
-            yield j, self.form.shape[:, block.index] @ vector
-            vector = block.T @ vector
+    @property
+    def inverse_powers(self) -> ComplexArray:
+        """Coefficients of s⁻ᵉ of all poles at the origin, e = 0 … k, shape (k + 1, p)."""
+        found = np.zeros((self.order_at_zero + 1, self.outputs), complex)
+        for powers in filter(None, self.at_zero):
+            found[: powers.order + 1] += powers.inverse_powers
+        return found
 
     def errors(self, s: ComplexArray) -> Array:
         """Return bounds of the error at points s, shape (m, p)."""
@@ -370,7 +363,3 @@ def factor_of(system: LinearSystem, long: bool = False) -> Factor:
             found = min(found, Factor(modal_form(system, long=True)), key=lambda x: x.unknown)
         known[long] = found
     return known[long]
-
-
-def _unknown(factor: Factor) -> float:
-    return factor.unknown

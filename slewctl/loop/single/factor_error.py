@@ -76,8 +76,7 @@ class ErrorBound:
         for block, powers, near in zip(self.blocks, self.powers, blocks, strict=True):
             index, where = block.index, form.component[block.index[0]]
             if powers is not None:
-                reach = np.multiply.accumulate(np.repeat(near[:, :1], len(index), axis=1), axis=1)
-                found = reach @ powers
+                found = np.vander(near[:, 0], len(index) + 1, increasing=True)[:, 1:] @ powers
                 own = own + found[:, :p]
                 sums[:, :, where] += found[:, p:].T
                 continue

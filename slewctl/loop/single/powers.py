@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.loop.single.enclosed import Terms
 from slewctl.numerics.modal_form import Block, ModalForm
-
-T = TypeVar("T", Array, ComplexArray)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +41,20 @@ class AtZero:
         """k."""
         return len(self.moments)
 
+    @property
+    def inverse_powers(self) -> ComplexArray:
+        """Coefficients of s⁻ᵉ, e = 0 … k, shape (k + 1, p)."""
+        found = np.zeros((self.order + 1, self.moments.shape[1]), complex)
+        term = np.ones(1, complex)
+        for moment in self.moments:
+            term = np.polynomial.polynomial.polymul(term, [self.a, self.b])
+            found[: len(term)] += term[:, None] * moment
+        return found
+
     def values(self, s: ComplexArray) -> ComplexArray:
         """Return the functions at points s, shape (m, p)."""
-        return np.asarray(_powers(self.a + self.b / s, self.order)[:, 1:] @ self.moments)
+        u = np.vander(self.a + self.b / s, self.order + 1, increasing=True)
+        return np.asarray(u[:, 1:] @ self.moments)
 
     def enclosed(self, s: ComplexArray, q: Array) -> tuple[ComplexArray, ComplexArray, Array]:
         """Return value, slope and curvature along the axis, given 1/distances from zero.
@@ -54,12 +62,12 @@ class AtZero:
         u′ = −b/s², |u″| ≤ 2|b| q³, and so |(uʲ)″| ≤ j(j−1) |u|ʲ⁻² |b|² q⁴ + 2j |u|ʲ⁻¹ |b| q³.
         """
         part = self.b / s
-        u = _powers(self.a + part, self.order)
+        u = np.vander(self.a + part, self.order + 1, increasing=True)
         j = np.arange(1, self.order + 1)
         value = u[:, 1:] @ self.moments
         slope = (-1j * part / s)[:, None] * (u[:, :-1] @ (j[:, None] * self.moments))
         size, b = np.abs(self.moments), abs(self.b)
-        r = _powers(abs(self.a) + b * q, self.order)
+        r = np.vander(abs(self.a) + b * q, self.order + 1, increasing=True)
         q3 = (2 * b * q**3)[:, None]
         curve = q3 * (r[:, :-1] @ (j[:, None] * size))
         if self.order > 1:
@@ -74,11 +82,3 @@ def majorant_powers(block: Block, vector: Array) -> Array:
     for _ in range(len(vector) - 1):
         found.append(T @ found[-1])
     return np.array(found)
-
-
-def _powers(u: T, most: int) -> T:
-    """Return 1, u, … u^most, shape (m, most + 1)."""
-    found: T = np.ones((len(u), most + 1), dtype=u.dtype)
-    for j in range(most):
-        found[:, j + 1] = found[:, j] * u
-    return found
