@@ -30,16 +30,22 @@ def print_modes(arm: str, orders: int, modes: int, locked: bool = False) -> None
         table.add_row(name, n, *cells, *["-"] * (modes - len(cells)))
 
     with computing_arm(arm):
-        exact = truth(chosen, max(modes, 10))
         for basis in bases_of(chosen):
             for n in range(1, _most_functions(chosen, orders) + 1):
                 functions = create(basis, n).matched_to(chosen)
                 add(basis, str(n), ritz_frequencies_hz(chosen, functions, boundary))
-        held = frequencies(chosen, _most_functions(chosen, modes)).hz
+        if locked:
+            exact, told = (
+                frequencies(chosen, _most_functions(chosen, modes)).hz,
+                f"{chosen.name} with its hub held",
+            )
+        else:
+            model = truth(chosen, max(modes, 10))
+            exact, told = model.frequencies_hz, str(model)
         notes = unit_notes(chosen)
-    add("truth", "", held if locked else exact.frequencies_hz)
+    add("truth", "", exact)
     show(table)
-    OUT.print(f"{chosen.name} with its hub held" if locked else str(exact))
+    OUT.print(told)
     for note in notes:
         OUT.print(f"note: {note}", soft_wrap=True)
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, Told, number_table, progress, show
@@ -27,8 +26,6 @@ from slewctl.files import (
     name_designs,
     read_design,
 )
-
-T = TypeVar("T")
 
 _HEADINGS = {
     "gain_margin_db": "gain (dB)",
@@ -77,10 +74,16 @@ def _all_compared(
         return
     with Processes(workers) as pool:
         futures = [pool.submit(_compared, place, design) for place, design in enumerate(designs)]
-        for future, design in zip(futures, designs, strict=True):
-            yield told.trying(_returned, future)
-            for origin in design.case.candidates:
-                step(f"{design.case.name}: {origin}")
+        try:
+            for future, design in zip(futures, designs, strict=True):
+                yield told.trying(future.result)
+                for origin in design.case.candidates:
+                    step(f"{design.case.name}: {origin}")
+        except BrokenProcessPool as error:
+            raise SlewctlError(
+                "a process that compared designs was ended from outside",
+                remedy="compare fewer designs at once, if memory ran out",
+            ) from error
 
 
 def _compared(
@@ -91,16 +94,6 @@ def _compared(
     with design.source.computing():
         (result,) = compare([design.case], step).cases
     return result, section(place, result)
-
-
-def _returned(future: Future[T]) -> T:
-    try:
-        return future.result()
-    except BrokenProcessPool as error:
-        raise SlewctlError(
-            "a process that compared designs was ended from outside",
-            remedy="compare fewer designs at once, if memory ran out",
-        ) from error
 
 
 def print_ladder(design: Path, basis: str | None, n: int | None) -> None:

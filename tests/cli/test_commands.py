@@ -8,7 +8,10 @@ import os
 import re
 import subprocess
 import sys
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import slewctl
@@ -116,6 +119,27 @@ def test_impossible_design_is_explained(design: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_killed_process_of_a_comparison_is_told_once(
+    design: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many designs waited for it; nothing is written."""
+
+    class Broken(ThreadPoolExecutor):
+        def submit(self, *args: Any, **keys: Any) -> Future[Any]:
+            gone: Future[Any] = Future()
+            gone.set_exception(BrokenProcessPool("gone"))
+            return gone
+
+    monkeypatch.setattr("slewctl.cli.comparing.usable_cores", lambda: 2)
+    monkeypatch.setattr("slewctl.cli.comparing.Processes", Broken)
+    (tmp_path / "other.toml").write_text(FAST, encoding="utf-8")
+    done = slewctl("compare", tmp_path, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert "ended from outside; compare fewer designs at once" in line
+    assert not (tmp_path / "out").exists()
+
+
 def test_compare_writes_everything(design: Path, tmp_path: Path) -> None:
     out = tmp_path / "a" / "b"
     done = slewctl("compare", design, "--out", out, "--parquet")
