@@ -158,7 +158,8 @@ class ModalData(Beam):
     def _check_length(self, values: Sequence[float], key: str) -> None:
         if len(values) != len(self.frequencies_hz):
             raise InputError(
-                f"{len(values)} values for {len(self.frequencies_hz)} modes",
+                f"{len(values)} value{'s' if len(values) != 1 else ''} for "
+                f"{len(self.frequencies_hz)} modes",
                 where=f"modal_data.{key}",
                 remedy="give one for each frequency",
             )

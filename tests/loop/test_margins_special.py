@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import control
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -343,3 +346,26 @@ def test_perturbations_put_a_pole_on_the_limit(step: float) -> None:
         assert np.abs(closed.poles() - point).min() < 1e-7
         outside = np.abs(closed.poles()) - 1 if step else closed.poles().real
         assert np.max(outside) < 1e-7  # it has only just arrived there
+
+
+@pytest.mark.parametrize("gain", [0.3, 1.0, 3.0, 5.5])
+def test_nearest_distances_are_no_smaller_than_is_proved(gain: float) -> None:
+    """The smallest |1 + L| and 1/|S − ½| in forty digits lie between proof and value."""
+    m = margins(gain / (S * (S + 1) * (S + 2)))
+
+    def w(omega: mpmath.mpf) -> mpmath.mpc:
+        s = mpmath.mpc(0, omega)
+        return 1 + mpmath.mpf(gain) / (s * (s + 1) * (s + 2))
+
+    for margin, distance in (
+        (m.modulus, lambda omega: abs(w(omega))),
+        (m.disk, lambda omega: 1 / abs(1 / w(omega) - mpmath.mpf(1) / 2)),
+    ):
+        with mpmath.workdps(40):
+            start = 2 * mpmath.pi * margin.frequency_hz
+            flat = mpmath.findroot(partial(mpmath.diff, distance), start)
+            least = distance(flat)
+            assert margin.at_least is not None
+            assert margin.at_least < least
+            assert margin.at_least > least * (1 - mpmath.mpf("1e-9"))
+            assert abs(margin.value / least - 1) < 1e-9

@@ -75,6 +75,8 @@ class Search:
         self._least = {MODULUS: (np.inf, 0.0, 0.0), DISK: (np.inf, 0.0, 0.0)}
         self._proved = {MODULUS: np.inf, DISK: np.inf}
         self._run(*first_intervals(loop, start, gaps, end))
+        for kind, (seen, *_) in self._least.items():  # what each interval was held against
+            self._proved[kind] = min(self._proved[kind], seen * (1 - TOLERANCE))
         polish((self.unit, _log_gain), (self.real, _sine), loop.on_axis)
         self._ends(large, end)
         self._polish()
