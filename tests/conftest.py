@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 
 import pytest
@@ -13,8 +14,10 @@ from slewctl.paper import PaperReproduction, reproduce
 
 pytest_plugins = ["pytester"]
 
-# How long an example takes is a matter of the machine and of what else it does.
-settings.register_profile("any machine", deadline=None)
+# How long an example takes is a matter of the machine and of what else it does. A run of CI
+# tells what an edit did, so that its examples are the same each time; a run by hand draws new
+# ones, and what it finds becomes an @example.
+settings.register_profile("any machine", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("any machine")
 
 

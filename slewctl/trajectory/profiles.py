@@ -239,12 +239,11 @@ class RigidTimeOptimal(Profile):
     def phases(self) -> tuple[float, float]:
         """Times in s of driving and of braking."""
         z = self.friction**2 * abs(self.angle) / self.torque_limit / self.inertia
-        if z == 0:
-            half = sqrt(abs(self.angle) * self.inertia / self.torque_limit)
-            return half, half
-        lag = self.inertia / self.friction
-        braking = lag * log1p(sqrt(-expm1(-z)))
-        return lag * z + braking, braking
+        half = sqrt(abs(self.angle) / self.torque_limit) * sqrt(self.inertia)
+        s = sqrt(-expm1(-z))
+        # (J/c) ln(1 + s) as factors near 1: where z underflows it has no digits left.
+        braking = half * sqrt(-expm1(-z) / z) * (log1p(s) / s) if z > 0 else half
+        return self.friction * abs(self.angle) / self.torque_limit + braking, braking
 
     @property
     def duration(self) -> float:

@@ -60,6 +60,7 @@ def test_s_curve_keeps_its_limits_and_uses_one_of_them_always(
 
 @given(st.floats(0.0, 30.0), st.floats(0.1, 5.0))
 @example(3.0, 4.875)  # 1 - s is all but zero
+@example(3.284618104176829e-158, 1.0)  # its square is a denormal number
 def test_bang_bang_obeys_the_rigid_arm(friction: float, angle: float) -> None:
     profile = RigidTimeOptimal(angle, 2.0, 0.8, friction)
     t = np.linspace(0, profile.duration, 30)
