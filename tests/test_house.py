@@ -42,8 +42,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "compare": {"arm", "basis", "model", "plant", "design", "loop"},
     "paper": {"arm", "basis", "model", "plant", "design", "loop"},
     "check": {"loop", "compare"},
-    "files": {"arm", "plant", "measured", "design", "loop", "compare", "check"},
-    "gate": {"design", "loop", "compare", "check", "files"},
+    "files": {"arm", "basis", "plant", "measured", "design", "loop", "compare", "check"},
+    "gate": {"arm", "plant", "design", "loop", "compare", "check", "files"},
     "testing": {"plant", "design", "loop", "compare", "check", "files", "gate"},
     "report": {"measured", "loop", "compare", "paper"},
 }

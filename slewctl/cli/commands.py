@@ -45,6 +45,18 @@ def _file(name: str, text: str) -> Callable[[F], F]:
                         metavar="FILE", help=text)  # fmt: skip
 
 
+@cli.command("init")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--from", "origin", default="beam", show_default=True, metavar="NAME",
+              help="What to begin with: beam, modal-data, pid, measured, or an arm of the "
+              "catalogue.")  # fmt: skip
+def init_command(file: Path, origin: str) -> None:
+    """Write a commented design FILE to begin with, which passes `slewctl check`."""
+    from slewctl.cli.beginning import write_starter
+
+    write_starter(file, origin)
+
+
 @cli.command("modes")
 @click.argument("arm")
 @click.option("-n", "--orders", default=6, show_default=True, type=click.IntRange(1, 60),
@@ -188,6 +200,19 @@ def design_command(context: click.Context, design: Path, out: Path) -> None:
     from slewctl.cli.designing import write_design
 
     context.exit(write_design(design, out))
+
+
+@cli.command("explain")
+@click.argument("design", type=click.Path(path_type=Path))
+def explain_command(design: Path) -> None:
+    """Say what limits DESIGN (a TOML file), and what to change first.
+
+    A few small changes are made and judged: a larger model, a slower and a faster controller,
+    a shorter clock.  The one that leaves the tightest requirement the most room is told.
+    """
+    from slewctl.cli.beginning import print_explanation
+
+    print_explanation(design)
 
 
 @cli.command("worst")
