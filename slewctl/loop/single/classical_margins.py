@@ -88,7 +88,9 @@ def classical_margins(
     try:
         # Beside a pole bounds are infinite, and what follows from them undecided.
         with np.errstate(all="ignore"):
-            return certified_margins(factors or factored(light), light, skew, named, within, most_gain)
+            return certified_margins(
+                factors or factored(light), light, skew, named, within, most_gain
+            )
     except UndecidedError as error:
         if not delay:
             require_stable(light)  # says which poles are not
