@@ -8,7 +8,7 @@ from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, next_step, progress
 from slewctl.errors import InputError
 from slewctl.files import read_design, starter_files
-from slewctl.gate import count_changes, explain
+from slewctl.gate import explain
 
 
 def write_starter(file: Path, origin: str) -> None:
@@ -33,7 +33,6 @@ def write_starter(file: Path, origin: str) -> None:
 
 def print_explanation(design: Path) -> None:
     """Print what limits a design and what to change first."""
-    file = read_design(design)
-    with progress(count_changes(file)) as step:
-        found = explain(file, step)
+    with progress(None) as step:
+        found = explain(read_design(design), step)
     OUT.text(str(found))

@@ -6,7 +6,7 @@ from slewctl._lazy import attach
 
 if TYPE_CHECKING:
     from slewctl.gate.changes import Change, small_changes
-    from slewctl.gate.explanation import Explanation, Trial, count_changes, explain
+    from slewctl.gate.explanation import Explanation, Trial, explain
     from slewctl.gate.run import check_designs, check_file, examine, skip_unchanged
 
 __all__ = [
@@ -15,7 +15,6 @@ __all__ = [
     "Trial",
     "check_designs",
     "check_file",
-    "count_changes",
     "examine",
     "explain",
     "skip_unchanged",

@@ -12,7 +12,7 @@ from slewctl.plant import ACTUATORS, Objective
 
 # A step that is seen, and is no other design.
 _SLOWER, _FASTER = 0.7, 1.4
-# For a loop that is lost.
+# For a design that fails, whatever small change is made.
 _FAR_SLOWER = 0.3
 _SPEEDS = ("bandwidth_hz", "crossover_hz")
 _GAINS = ("kp", "ki", "kd")
@@ -67,11 +67,11 @@ def slower(case: Case) -> Change | None:
 def _models(case: Case) -> Iterator[Change]:
     if case.is_given:
         return
-    sheet = isinstance(case.arm.beam, ModalData)
-    most = min(case.truth_modes, case.arm.beam.modes if sheet else case.truth_modes)
+    beam = case.arm.beam
+    most = min(case.truth_modes, beam.modes) if isinstance(beam, ModalData) else case.truth_modes
     if case.n < most:
         yield Change(f"model.n = {case.n + 1}", replace(case, n=case.n + 1))
-    if not sheet and case.basis != _BEST_BASIS:
+    if not isinstance(beam, ModalData) and case.basis != _BEST_BASIS:
         yield Change(f'model.basis = "{_BEST_BASIS}"', replace(case, basis=_BEST_BASIS))
 
 

@@ -18,7 +18,7 @@ from slewctl.loop.robust.destabilised_mode import destabilised_mode
 
 # What is held to where a design file requires stability alone.
 _ALONE = {"disk_margin": 0.4}
-# How often a loop that is lost is made slower.
+# How often what fails is made slower.
 _MOST_SLOWED = 8
 # Less room gained is no help: a person would not see it.
 _SEEN = 0.02
@@ -70,27 +70,6 @@ class Explanation:
         return "\n".join(self.sentences)
 
 
-def count_changes(design: DesignFile) -> int:
-    """Return how many times `explain` calls `progress`, unless the loop is lost.
-
-    Parameters
-    ----------
-    design : DesignFile
-
-    Returns
-    -------
-    int
-
-    Examples
-    --------
-    >>> from slewctl.files import example_design, read_design
-    >>> from slewctl.gate import count_changes
-    >>> count_changes(read_design(example_design()))
-    5
-    """
-    return 1 + len(small_changes(design.case))
-
-
 def explain(design: DesignFile, progress: Callable[[str], None] | None = None) -> Explanation:
     """Return what limits a design, and which of a few small changes helps most.
 
@@ -134,12 +113,12 @@ def explain(design: DesignFile, progress: Callable[[str], None] | None = None) -
         if progress:
             progress(change.words)
         trials.append(_tried(asked, change))
-    if all(trial.room == -math.inf for trial in trials):
+    tightest = _tightest(result)
+    if all(room < 0 for room in (_room(tightest), *(trial.room for trial in trials))):
         trials += _slowed(asked, progress)
     trials.sort(key=lambda trial: -trial.room)
     judging = Judge(design.case)
     judged = judging.evaluate(*judging.chosen).judgement
-    tightest = _tightest(result)
     sentences = (
         *_verdict(design, result, tightest),
         *_limits(design, judged),
@@ -149,19 +128,19 @@ def explain(design: DesignFile, progress: Callable[[str], None] | None = None) -
 
 
 def _slowed(design: DesignFile, progress: Callable[[str], None] | None) -> list[Trial]:
-    """Return the design made so slow that it is stable; nothing where none is."""
-    case = design.case
+    """Return the design made so slow that it fails nothing, or the best on the way there."""
+    case, found = design.case, []
     for _ in range(_MOST_SLOWED):
         change = slower(case)
         if change is None:
             break
         if progress:
             progress(change.words)
-        found = _tried(design, change)
-        if found.room > -math.inf:
-            return [found]
+        found.append(_tried(design, change))
+        if found[-1].room >= 0:
+            break
         case = change.case
-    return []
+    return sorted(found, key=lambda trial: -trial.room)[:1]
 
 
 def _tried(design: DesignFile, change: Change) -> Trial:

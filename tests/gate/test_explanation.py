@@ -10,7 +10,7 @@ import pytest
 
 from slewctl.check import DesignResult
 from slewctl.files import DesignFile, read_design
-from slewctl.gate import count_changes, examine, explain, small_changes
+from slewctl.gate import examine, explain, small_changes
 
 DESIGN = """
 arm = {{ catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }}
@@ -61,7 +61,8 @@ def test_the_advice_is_the_change_that_leaves_the_most_room(tmp_path: Path) -> N
         change.words: room(examine(replace(design, case=change.case)))
         for change in small_changes(design.case)
     }
-    assert {t.change.words: pytest.approx(t.room) for t in found.trials} == judged
+    told = {trial.change.words: trial.room for trial in found.trials}
+    assert {words: told[words] for words in judged} == pytest.approx(judged)
     rooms = [trial.room for trial in found.trials]
     assert rooms == sorted(rooms, reverse=True)
     assert any(found.trials[0].change.words in sentence for sentence in found.sentences)
@@ -109,7 +110,7 @@ def test_a_clock_is_shortened_where_the_law_may_be_made_again(tmp_path: Path) ->
 def test_a_law_that_nothing_is_known_of_is_left_alone(tmp_path: Path) -> None:
     law = "num = [1.0, 1.0]\nden = [0.01, 1.0]\nfeedback = 'negative'\n"
     design = written(tmp_path, GIVEN + law)
-    assert count_changes(design) == 1
+    assert not small_changes(design.case)
     assert "nothing here that could be changed" in explain(design).sentences[-1]
 
 
