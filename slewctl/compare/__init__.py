@@ -19,6 +19,12 @@ if TYPE_CHECKING:
     )
     from slewctl.compare.convergence import Followed, Seen, follow
     from slewctl.compare.design_basis import REDUCTIONS, SOURCES, DesignModel, design_model
+    from slewctl.compare.digital_loss import (
+        DigitalLoss,
+        digital_loss,
+        least_word,
+        loop_signals,
+    )
     from slewctl.compare.doubtful_units import unit_notes
     from slewctl.compare.evaluation import Evaluation, Judge, evaluate
     from slewctl.compare.judgement import Judgement, Yardstick
@@ -61,6 +67,7 @@ __all__ = [
     "Comparison",
     "DesignModel",
     "DestabilisedMode",
+    "DigitalLoss",
     "Duel",
     "Evaluation",
     "Followed",
@@ -104,10 +111,13 @@ __all__ = [
     "describe",
     "design_model",
     "destabilised_mode",
+    "digital_loss",
     "evaluate",
     "evaluate_point",
     "first_modes",
     "follow",
+    "least_word",
+    "loop_signals",
     "read",
     "recommend",
     "rows",
