@@ -42,8 +42,9 @@ MAY_IMPORT: dict[str, set[str]] = {
     "compare": {"arm", "basis", "model", "plant", "design", "loop"},
     "paper": {"arm", "basis", "model", "plant", "design", "loop"},
     "check": {"loop", "compare"},
-    "files": {"arm", "plant", "measured", "design", "loop", "compare", "check"},
-    "gate": {"design", "loop", "compare", "check", "files"},
+    "embedded": {"export", "arm", "plant", "design", "loop", "compare"},
+    "files": {"arm", "plant", "measured", "design", "loop", "compare", "check", "embedded"},
+    "gate": {"design", "loop", "compare", "check", "embedded", "files"},
     "testing": {"plant", "design", "loop", "compare", "check", "files", "gate"},
     "report": {"measured", "loop", "compare", "paper"},
 }

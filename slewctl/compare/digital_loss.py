@@ -169,7 +169,7 @@ def loop_signals(judgement: Judgement) -> LoopSignals:
     loop.require_stable("signals of a size")
     T, slew, path = loop.sample_time, judgement.slew, loop.sampled.path
     steps = min(math.ceil(slew.end / T) + 1, _MOST_SAMPLES)
-    turned = slew.reference(np.arange(steps) * T)[0]
+    turned = slew.reference(np.arange(steps, dtype=float) * float(T))[0]
     told = tracking_controller(loop.controller, loop.model)
     law = (told.A, told.B[:, :-1], told.C, told.D[:, :-1])
     A = closed_matrix(path.A, path.B, path.C, law)

@@ -16,6 +16,8 @@ from slewctl.numerics.linear_system import LinearSystem
 # In bits: the shortest word that holds a sign and a number to be scaled; the longest whose sums
 # have a type in C.
 LEAST_WORD, MOST_WORD = 4, 32
+# Sums of three products, each over 2 to this power at least, cannot overflow two words.
+LEAST_SHIFT = 2
 # A normal disturbance is beyond so many standard deviations once in two million samples.
 _DEVIATIONS = 5.0
 # Kept free above the largest value of a state that was seen.
@@ -134,7 +136,7 @@ def rounded(
     real = np.block([[system.A - np.eye(n), system.B], [system.C, system.D]])
     words = np.ldexp(real, rows[:, None] - columns)
     shifts = [_shift(row, word) for row in words]
-    short = -min(shifts, default=0)
+    short = LEAST_SHIFT - min(shifts, default=LEAST_SHIFT)
     if short > 0:
         raise InputError(
             f"a coefficient overflows words of {word} bits",

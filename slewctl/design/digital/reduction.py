@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
-from slewctl._types import Array
+from slewctl._types import Array, BoolArray
 from slewctl.design.achieved import achieved
 from slewctl.design.digital.sections import Sections, in_sections
 from slewctl.design.reference import Reference
@@ -130,7 +130,7 @@ class _Cut:
     sections: Sections
 
     @property
-    def _held(self) -> Array:
+    def _held(self) -> BoolArray:
         """Which states of the sections are integrators."""
         A = self.sections.system.A
         rest = np.diagonal(A) - (1.0 if self.system.sample_time else 0.0)

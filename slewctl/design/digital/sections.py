@@ -80,7 +80,7 @@ def in_sections(system: LinearSystem) -> Sections:
     return _scaled(system, basis, blocks)
 
 
-def _ways(A: Array) -> list[list[Array]]:
+def _ways(A: Array) -> list[list[ComplexArray]]:
     """Return the groups of eigenvalues that may go together, the finest first."""
     poles = Eigensystem.of(A).poles
     ways = []
@@ -91,7 +91,7 @@ def _ways(A: Array) -> list[list[Array]]:
     return ways
 
 
-def _assembled(A: Array, groups: list[Array]) -> tuple[Array, list[Array]]:
+def _assembled(A: Array, groups: list[ComplexArray]) -> tuple[Array, list[Array]]:
     poles = Eigensystem.of(A).poles
     bases, blocks = [], []
     for group in groups:
@@ -103,7 +103,7 @@ def _assembled(A: Array, groups: list[Array]) -> tuple[Array, list[Array]]:
         Z = Z @ turned
         if len(group) == 2 and block[1, 0]:
             Z = _normal(Z, block)
-            block = np.linalg.lstsq(Z, A @ Z, rcond=None)[0]
+            block = np.asarray(np.linalg.lstsq(Z, A @ Z, rcond=None)[0], dtype=float)
             real = (block[0, 0] + block[1, 1]) / 2
             imaginary = (block[0, 1] - block[1, 0]) / 2
             block = np.array([[real, imaginary], [-imaginary, real]])
@@ -133,6 +133,11 @@ def _scaled(system: LinearSystem, basis: Array, blocks: list[Array]) -> Sections
         if entering and leaving:
             scale[own] = 2.0 ** np.round(np.log2(entering / leaving) / 2)
         start += size
+    rest = 1.0 if system.sample_time else 0.0
+    rounding = 64 * np.finfo(float).eps * max(float(np.linalg.norm(system.A)), rest)
+    for block in blocks:  # an integrator is one to the last digit
+        if len(block) == 1 and abs(block[0, 0] - rest) <= rounding:
+            block[0, 0] = rest
     diagonal = block_diag(*blocks) if blocks else np.zeros((0, 0))
     made = LinearSystem(
         diagonal / scale[:, None] * scale,

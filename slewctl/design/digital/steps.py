@@ -195,7 +195,7 @@ class DigitalSteps:
 
 def _replaced(made_of: Made, system: LinearSystem, reference: Reference | None, words: str) -> Made:
     """Return a controller with another system, and with what is said of the one before."""
-    checks = tuple(replace(check, name=f"before: {check.name}".replace("before: before", "before"))
+    checks = tuple(replace(check, name=f"before: {check.name.removeprefix('before: ')}")
                    for check in made_of.certificate.checks)  # fmt: skip
     return replace(  # type: ignore[type-var]
         made_of,
