@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     )
     from slewctl.compare.convergence import Followed, Seen, follow
     from slewctl.compare.design_basis import REDUCTIONS, SOURCES, DesignModel, design_model
-    from slewctl.compare.digital_loss import (
+    from slewctl.compare.doubtful_units import unit_notes
+    from slewctl.compare.evaluation import Evaluation, Judge, evaluate
+    from slewctl.compare.judgement import Judgement, Yardstick
+    from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
+    from slewctl.compare.loss_of_digits import (
         DigitalLoss,
         digital_loss,
         least_word,
         loop_signals,
     )
-    from slewctl.compare.doubtful_units import unit_notes
-    from slewctl.compare.evaluation import Evaluation, Judge, evaluate
-    from slewctl.compare.judgement import Judgement, Yardstick
-    from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
     from slewctl.compare.quantities import QUANTITIES, Quantity, Reading
     from slewctl.compare.reading import describe, read
     from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions

@@ -226,7 +226,7 @@ def least_word(judgement: Judgement, loss: float = 0.01) -> tuple[Controller, Di
     >>> from slewctl.compare import least_word
     >>> words, lost = least_word(problem.judge(K))
     >>> str(words.arithmetic), lost.worst < 0.01
-    ('words of 12 bits', True)
+    ('words of 10 bits', True)
     """
     check_positive(loss, "loss")
     signals = loop_signals(judgement)
