@@ -7,8 +7,7 @@ from typing import Any
 from slewctl.embedded.c_header import comment
 from slewctl.embedded.dialect import Dialect
 from slewctl.embedded.program import Program
-from slewctl.embedded.runner import Runner
-from slewctl.embedded.step_answers import sample_inputs
+from slewctl.embedded.trial import Sample, trial
 
 # Samples that the test program takes: two with a reading that is none.
 _STEPS = 120
@@ -17,15 +16,6 @@ _STEPS = 120
 def test_text(program: Program) -> str:
     """Return a program that steps the controller and compares every bit of its command."""
     name, guard, how = program.name, program.name.upper(), Dialect.of(program)
-    inputs = sample_inputs(program, _STEPS)
-    runner = Runner(program)
-    runner.init(inputs[0][-2])
-    rows = []
-    for row in inputs:
-        command = runner.step(row[:-2], row[-2], row[-1])
-        rows.append((row, command, runner.fault))
-        if runner.fault:
-            runner.init(row[-2])
     m = len(program.sensors)
     shown = "%ld" if how.whole else "%.17g"
     cast = "(long)" if how.whole else "(double)"
@@ -45,14 +35,14 @@ def test_text(program: Program) -> str:
             "} sample;",
             "",
             f"static const sample samples[{_STEPS}] = {{",
-            *(f"    {_sample(how, *row)}," for row in rows),
+            *(f"    {_sample(how, sample)}," for sample in trial(program, _STEPS)),
             "};",
             "",
             "int main(void)",
             "{",
             f"    {name}_controller c;",
             "    int k;",
-            f"    {name}_init(&c, samples[0].angle);",
+            f"    {name}_reset(&c);",
             f"    for (k = 0; k < {_STEPS}; ++k) {{",
             "        const sample *const s = &samples[k];",
             f"        const {name}_number command =",
@@ -77,10 +67,10 @@ def test_text(program: Program) -> str:
     )  # fmt: skip
 
 
-def _sample(how: Dialect, inputs: list[Any], command: Any, fault: int) -> str:
-    *y, angle, feedforward = (_literal(how, value) for value in inputs)
-    numbers = ", ".join([angle, feedforward, how.literal(command)])
-    return f"{{ {{ {', '.join(y)} }}, {numbers}, {fault}u }}"
+def _sample(how: Dialect, sample: Sample) -> str:
+    *y, angle, feedforward = (_literal(how, value) for value in sample.inputs)
+    numbers = ", ".join([angle, feedforward, how.literal(sample.command)])
+    return f"{{ {{ {', '.join(y)} }}, {numbers}, {sample.fault}u }}"
 
 
 def _literal(how: Dialect, value: Any) -> str:

@@ -24,22 +24,17 @@ from slewctl.design import Controller
 from slewctl.design.anti_windup import anti_windup_gain
 from slewctl.design.digital.arithmetic import Arithmetic
 from slewctl.design.digital.sections import in_sections
-from slewctl.design.methods import GIVEN
 from slewctl.design.reference import Reference, rigid_readings
+from slewctl.embedded.at_rest import entry_of, settled, starting_states
 from slewctl.embedded.options import CodeOptions
-from slewctl.errors import InputError, check_choice
+from slewctl.embedded.sample_time import check_sampled
+from slewctl.errors import check_choice
 from slewctl.loop.tracking import tracking_controller
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.signals import TORQUE, signal
 
 # More readings in a row that are none no delay margin is asked to forgive.
 _MOST_MISSED = 1000
-# A command at the start, relative to what the readings alone would give, that is rounding.
-_NO_JUMP = 1e-6
-# Sample times that are tried, three in a decade, and what of a margin may be lost.
-_MOST_TRIED, _KEPT = 12, 0.1
-# A state at the start, relative to the largest, that is rounding.
-_NOTHING = 1e-13
 UNITS = {"torque": "N*m", "voltage": "V"}
 # Words that C and C++ have for themselves, as far as a design might be called so.
 _TAKEN = re.compile(
@@ -185,7 +180,7 @@ def program_of(
     'float'
     """
     given = judgement.controller
-    _check_sampled(judgement)
+    check_sampled(judgement)
     judgement.loop.require_stable("a program")
     signals = [*given.sensors, given.linear.output_labels[0]]
     for place, wrong in enumerate(options.reversed):
@@ -193,13 +188,17 @@ def program_of(
     controller, said = _in_numbers(judgement, options)
     model = judgement.loop.model
     told = tracking_controller(controller, model)
-    reference = Reference(told.B[:, -1:], told.D[:, -1:])
+    reference = entry_of(told)
+    at_rest = rigid_readings(model, controller.sensors)
+    if controller.arithmetic is not None:
+        exact = tracking_controller(given, model)
+        if not starting_states(given.linear, entry_of(exact), at_rest)[1]:
+            reference = settled(controller.linear, reference, at_rest)
     limit = command_limit(model.arm, controller.linear.output_labels[0])
     system, n = controller.linear, controller.linear.nstates
     H = np.zeros((n, 1))
     if math.isfinite(limit):
         H = anti_windup_gain(system, reference)
-    at_rest = rigid_readings(model, controller.sensors)
     start, jump = starting_states(system, reference, at_rest)
     seen = loop_signals(judgement).largest
     room = np.array([*seen[:-2], seen[-1], min(seen[-2], limit)])
@@ -237,69 +236,6 @@ def command_limit(arm: Arm, actuator: str) -> float:
     else:
         limits = [motor.voltage_limit if motor else None]
     return min((limit for limit in limits if limit is not None), default=math.inf)
-
-
-def starting_states(
-    system: LinearSystem, reference: Reference, at_rest: Array
-) -> tuple[Array, str]:
-    """Return the states at rest at 1 rad, where the command is zero, and what is left of it.
-
-    Parameters
-    ----------
-    system : LinearSystem
-        Sampled, from the sensors to the actuator.
-    reference : Reference
-    at_rest : ndarray, shape (sensors,)
-        Readings at 1 rad.
-    """
-    entering = system.B @ at_rest + reference.B[:, 0]
-    through = float(system.D[0] @ at_rest + reference.D[0, 0])
-    left = np.vstack([np.eye(system.nstates) - system.A, -system.C])
-    right = np.append(entering, through)
-    size = np.abs(left).max(axis=1, initial=0.0)
-    size[size == 0] = 1.0
-    found = np.linalg.lstsq(left / size[:, None], right / size, rcond=None)[0]
-    found[np.abs(found) <= _NOTHING * np.abs(found).max(initial=0.0)] = 0.0
-    jump = abs(float(system.C[0] @ found) + through)
-    whole = np.abs(system.C[0]) @ np.abs(found) + np.abs(system.D[0]) @ np.abs(at_rest)
-    if jump <= _NO_JUMP * max(float(whole), abs(float(reference.D[0, 0]))):
-        return np.asarray(found), ""
-    return np.asarray(found), f"at the start it commands {jump:.3g} per rad of the angle"
-
-
-def _check_sampled(judgement: Judgement) -> None:
-    if judgement.controller.sample_time:
-        return
-    given = judgement.controller.method == GIVEN
-    also = ' and discretise = "tustin"' if given else ""
-    T = longest_sample_time(judgement)
-    which = f", such as sample_time = {T:g}, which keeps nine tenths of its margins" if T else ""
-    raise InputError(
-        "the controller is continuous, and a computer runs samples",
-        where="controller.sample_time",
-        remedy=f"add sample_time{also} to [controller]{which}",
-    )
-
-
-def longest_sample_time(judgement: Judgement) -> float:
-    """Return a sample time in s at which a continuous law keeps nine tenths of its margins.
-
-    Zero where none is found: the law itself has no loop to keep.
-    """
-    if not judgement.stable:
-        return 0.0
-    longest = read(judgement, "delay_margin_s").value
-    if not math.isfinite(longest):
-        longest = 1.0
-    digit = 10.0 ** math.floor(math.log10(longest))
-    for step in range(_MOST_TRIED):
-        T = digit * (5, 2, 1)[step % 3] / 10.0 ** (step // 3)
-        if longest >= T:
-            made = judgement.controller.discretised(T)
-            found = digital_loss(judgement, judgement.yardstick.judge(made, judgement.slew))
-            if found.margin <= _KEPT:
-                return T
-    return 0.0
 
 
 def _in_numbers(judgement: Judgement, options: CodeOptions) -> tuple[Controller, tuple[str, ...]]:

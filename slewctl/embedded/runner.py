@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from slewctl.embedded.program import Program
 from slewctl.embedded.rows import ANGLE, CUT, READING, STATE, Term, rows_of
 
+# Factors with the places of their signals, and the shift of their sum.
+_Part: TypeAlias = tuple[list[tuple[Any, int]], int]
 # Why a program gives nothing any more.
 FAULT_READING, FAULT_STUCK, FAULT_NUMBER = 1, 2, 4
 
@@ -47,16 +49,17 @@ class Runner:
         single = self.words is None and program.controller.arithmetic is not None
         self.number: Any = int if self.words else np.float32 if single else float
         self._most_missed, self._most_still = program.most_missed, program.most_still
+        n, m = program.system.nstates, program.system.ninputs
+        self._places = {STATE: 0, READING: n, ANGLE: n + m, CUT: n + m + 1}
+        self._command = self._parts(self.rows.command)
+        self._states = [self._parts(row) for row in self.rows.states]
         self.init(self.number(0))
 
     def init(self, angle: Any) -> None:
         """Start at rest at an angle, in rad or a word of it."""
         angle = self.number(angle)
-        self.x = [self._sum((term,), angle=angle) for term in self.rows.start]
-        self.held = [self._sum((term,), angle=angle) for term in self.rows.at_rest]
-        if self.words:
-            self.x = [self._word(x) for x in self.x]
-            self.held = [self._word(y) for y in self.held]
+        self.x = [self._at_rest(term, angle) for term in self.rows.start]
+        self.held = [self._at_rest(term, angle) for term in self.rows.at_rest]
         self.held += [angle, self.number(0)]
         self.still = [0] * (len(self.held) - 2)
         self.missed, self.fault = 0, 0
@@ -91,9 +94,13 @@ class Runner:
         if self.missed > self._most_missed:
             self.fault |= FAULT_READING
 
+    def law(self, readings: Sequence[Any], angle: Any) -> Any:
+        """Return what the next command would be, whole and without a feedforward."""
+        return self._sum(self._command, [*self.x, *readings, angle, self.number(0)])
+
     def _answer(self) -> Any:
         *y, angle, feedforward = self.held
-        wanted = self._sum(self.rows.command, y=y, angle=angle) + feedforward
+        wanted = self.law(y, angle) + feedforward
         if self.words:
             wanted = self._word(wanted)
         elif not -self.rows.largest <= wanted <= self.rows.largest:
@@ -101,37 +108,38 @@ class Runner:
             return self.number(0)
         limit = self.rows.limit
         command = wanted if limit is None else min(max(wanted, -limit), limit)
-        cut = command - wanted
-        added = [self._sum(row, y=y, angle=angle, cut=cut) for row in self.rows.states]
-        self.x = [x + more for x, more in zip(self.x, added, strict=True)]
+        signals = [*self.x, *y, angle, command - wanted]
+        self.x = [x + self._sum(row, signals) for x, row in zip(self.x, self._states, strict=True)]
         if self.words:
             self.x = [self._word(x) for x in self.x]
         return command
 
-    def _sum(self, row: Sequence[Term], y: Sequence[Any] = (), angle: Any = 0, cut: Any = 0) -> Any:
-        """Return a sum of products from the left; of words, of each part with its own shift."""
-        if self.words:
-            main = [term for term in row if term.of in (STATE, READING)]
-            alone = [[term] for term in row if term.of in (ANGLE, CUT)]
-            return sum(
-                self._shifted(
-                    sum(term.factor * self._signal(term, y, angle, cut) for term in part),
-                    part[0].shift,
-                )
-                for part in ([main] if main else []) + alone
-            )
-        products = [term.factor * self._signal(term, y, angle, cut) for term in row]
-        total = products[0] if products else self.number(0)
-        for product in products[1:]:
-            total = total + product
-        return total
+    def _parts(self, row: Sequence[Term]) -> list[_Part]:
+        """Return a row as sums with a shift each; in words reference and cut stand alone."""
+        alone = (ANGLE, CUT) if self.words else ()
+        main = [term for term in row if term.of not in alone]
+        groups = [[term] for term in row if term.of in alone]
+        return [
+            ([(term.factor, self._places[term.of] + term.place) for term in group], group[0].shift)
+            for group in ([main] if main else []) + groups
+        ]
 
-    def _signal(self, term: Term, y: Sequence[Any], angle: Any, cut: Any) -> Any:
-        if term.of == STATE:
-            return self.x[term.place]
-        if term.of == READING:
-            return y[term.place]
-        return angle if term.of == ANGLE else cut
+    def _sum(self, parts: Sequence[_Part], signals: Sequence[Any]) -> Any:
+        """Return a sum of products, from the left."""
+        whole = self.number(0)
+        for k, (products, shift) in enumerate(parts):
+            (factor, place), *others = products
+            total = factor * signals[place]
+            for factor, place in others:
+                total += factor * signals[place]
+            if self.words:
+                total = self._shifted(total, shift)
+            whole = total if not k else whole + total
+        return whole
+
+    def _at_rest(self, term: Term, angle: Any) -> Any:
+        product = term.factor * angle
+        return self._word(self._shifted(product, term.shift)) if self.words else product
 
     @staticmethod
     def _shifted(value: int, shift: int) -> int:

@@ -14,15 +14,13 @@ from slewctl.design import Controller
 from slewctl.design.reference import Reference
 from slewctl.embedded.compiled import Compiled
 from slewctl.embedded.program import Program
-from slewctl.embedded.rows import rows_of
-from slewctl.embedded.runner import Runner
+from slewctl.embedded.rows import ANGLE, READING, STATE, rows_of
+from slewctl.embedded.trial import trial
 from slewctl.errors import AccuracyError
 from slewctl.numerics.linear_system import LinearSystem
 
 # Steps in which a program and its compiled form must agree in every bit.
 _STEPS = 2000
-# A start for the inputs that they are compared with: any will do.
-_SEED = 1
 # Halvings after which an input would be too small for any limit.
 _MOST_HALVINGS = 200
 # Numbers from a half to one over which rounding is averaged.
@@ -128,7 +126,8 @@ def _of_words(program: Program, compiled: Compiled, k: int) -> Array:
     """Return a column of factors between words, to more digits than one step shows.
 
     An answer is a product rounded to the nearest: where it changes from one word to the next
-    the product is half between them.
+    the product is half between them.  A factor that was written, and is where the answers say,
+    is that factor: so many steps agreed with it in every bit.
     """
     n = program.system.nstates
     words = program.words
@@ -141,17 +140,39 @@ def _of_words(program: Program, compiled: Compiled, k: int) -> Array:
 
     largest = _small(program, at, words.largest // 2, lambda size: size // 2)
     found = at(largest)
+    written = _written(program, k)
     factors = np.zeros(n + 1)
     for i, answer in enumerate(found):
-        if not answer:
-            continue
         low, high = 0, largest  # the answer is not reached at low, and it is at high
-        while high - low > 1:
+        while answer and high - low > 1:
             middle = (low + high) // 2
             low, high = (low, middle) if at(middle)[i] == answer else (middle, high)
-        factors[i] = math.copysign((abs(answer) - 0.5) / (high - 0.5), answer)
-    factors[k if k < n else 0] += 1.0 if k < n else 0.0
+        # Between these is the factor's size.
+        least = (abs(answer) - 0.5) / high if answer else 0.0
+        most = (abs(answer) - 0.5) / low if answer and low else 0.5 / largest
+        factors[i] = math.copysign((least + most) / 2, answer) if answer else 0.0
+        if least <= abs(written[i]) <= most and written[i] * answer >= 0:
+            factors[i] = written[i]
+    if k < n:
+        factors[k] += 1.0
     return factors
+
+
+def _written(program: Program, k: int) -> Array:
+    """Return the factors of one state or input in the rows, between words."""
+    rows, n = rows_of(program), program.system.nstates
+    of, place = [*((STATE, i) for i in range(n)),
+                 *((READING, i) for i in range(program.system.ninputs)), (ANGLE, 0)][k]  # fmt: skip
+    return np.array(
+        [
+            sum(
+                math.ldexp(term.factor, -term.shift)
+                for term in row
+                if term.of == of and term.place == place
+            )
+            for row in (*rows.states, rows.command)
+        ]
+    )
 
 
 def compare_steps(program: Program, compiled: Compiled, steps: int = _STEPS) -> None:
@@ -167,50 +188,16 @@ def compare_steps(program: Program, compiled: Compiled, steps: int = _STEPS) -> 
     ------
     AccuracyError
     """
-    runner = Runner(program)
-    start = sample_inputs(program, 1)[0]
-    for one in (runner, compiled):
-        one.init(start[-2])
-    for k, inputs in enumerate(sample_inputs(program, steps)):
-        told = [one.step(inputs[:-2], inputs[-2], inputs[-1]) for one in (runner, compiled)]
-        if told[0] != told[1] or list(runner.x) != list(compiled.x):
-            raise _different(f"in step {k} it commands {told[1]!r} and not {told[0]!r}")
-        if runner.fault != compiled.fault:
-            raise _different(f"in step {k} its fault is {compiled.fault} and not {runner.fault}")
-        if runner.fault:
-            for one in (runner, compiled):
-                one.init(inputs[-2])
-
-
-def sample_inputs(program: Program, steps: int) -> list[list[Any]]:
-    """Return readings, reference angle and feedforward that try a program: at limits too.
-
-    Parameters
-    ----------
-    program : Program
-    steps : int
-        The last reading of every fiftieth is none.
-
-    Returns
-    -------
-    list of list
-        In the numbers of the program.
-    """
-    rng = np.random.default_rng(_SEED)
-    wave = np.cumsum(rng.standard_normal((steps, len(program.amplitudes))), axis=0)
-    # Slow and of a size that the loop has, with some steps that are many times larger.
-    values = np.tanh(wave / 8) * program.amplitudes
-    values[rng.random(steps) < 0.05] *= 20
-    none = np.arange(steps) % 50 == 49
-    words = program.words
-    if words is None:
-        values[none, -3] = np.nan
-        kind = np.float32 if program.controller.arithmetic is not None else np.float64
-        return [[kind(value).item() for value in row] for row in values]
-    bits = np.array([*words.readings, words.angle, words.command])
-    whole = np.clip(np.rint(np.ldexp(values, bits)), -words.largest, words.largest).astype(int)
-    whole[none, -3] = -words.largest - 1
-    return [[int(value) for value in row] for row in whole]
+    compiled.init(0)
+    for k, sample in enumerate(trial(program, steps)):
+        *y, angle, feedforward = sample.inputs
+        command = compiled.step(y, angle, feedforward)
+        if command != sample.command or tuple(compiled.x) != sample.states:
+            raise _different(f"in step {k} it commands {command!r} and not {sample.command!r}")
+        if compiled.fault != sample.fault:
+            raise _different(f"in step {k} its fault is {compiled.fault} and not {sample.fault}")
+        if sample.fault:
+            compiled.init(angle)
 
 
 def _different(how: str) -> AccuracyError:
