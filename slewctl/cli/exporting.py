@@ -6,10 +6,11 @@ from pathlib import Path
 
 from slewctl.cli.terminal import OUT
 from slewctl.compare import Judge, unit_notes
-from slewctl.embedded import controller_data, program_files, program_of, provenance
+from slewctl.embedded import controller_data, program_files, provenance
 from slewctl.embedded.program import identifier
 from slewctl.export.formats import data_bytes
 from slewctl.files import read_design
+from slewctl.gate.compiled_design import design_program
 from slewctl.gate.fingerprint import digest
 from slewctl.report.export import write_files
 from slewctl.versions import installed
@@ -26,7 +27,7 @@ def export_design(design: Path, form: str, out: Path) -> int:
         judgement.loop.require_stable("anything to export")
         notes = provenance(judgement, case.name, digest(file.text), installed())
         if form == "c":
-            program = program_of(judgement, file.export, case.name, notes)
+            program = design_program(judgement, file.export, case.name, notes)
             files: dict[str, str | bytes] = dict(program_files(program))
             said = program.notes[len(notes) :]
         else:

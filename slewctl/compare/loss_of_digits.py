@@ -70,7 +70,9 @@ class DigitalLoss:
         before, after = self.before[name].value, self.after[name].value
         if math.isnan(after):
             return 1.0
-        return 0.0 if math.isinf(after) or not before else max(1 - after / before, 0.0)
+        # What is no part of an infinite margin the others tell.
+        finite = before and math.isfinite(before) and math.isfinite(after)
+        return max(1 - after / before, 0.0) if finite else 0.0
 
     def __str__(self) -> str:
         if not self.stable:
@@ -180,8 +182,9 @@ def loop_signals(judgement: Judgement) -> LoopSignals:
     n = path.nstates
     readings, states = seen[:, :n] @ path.C.T, seen[:, n:]
     command = readings @ told.D[0, :-1] + states @ told.C[0] + told.D[0, -1] * turned
+    limit = loop.model.arm.command_limit(loop.objective.actuator)
     return LoopSignals(
-        readings, states, command, float(np.abs(turned).max()), *_covariances(loop, n)
+        readings, states, command, float(np.abs(turned).max()), *_covariances(loop, n), limit
     )
 
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from slewctl.embedded.files import program_files
     from slewctl.embedded.options import CodeOptions
     from slewctl.embedded.origin import provenance
-    from slewctl.embedded.program import Program, command_limit, program_of
+    from slewctl.embedded.program import Program, program_of
     from slewctl.embedded.runner import Runner
     from slewctl.embedded.step_answers import read_back
 
@@ -19,7 +19,6 @@ __all__ = [
     "Compiled",
     "Program",
     "Runner",
-    "command_limit",
     "compile_program",
     "controller_data",
     "find_compiler",

@@ -176,7 +176,11 @@ def _answer(program: Program, rows: Rows, how: Dialect) -> list[str]:
         "",
         *sums,
         *_limited(program, rows, how),
-        *(["    cut = command - wanted;"] if cut else []),
+        *(
+            [f"    cut = {'word(command - wanted)' if how.whole else 'command - wanted'};"]
+            if cut
+            else []
+        ),
         *_states(program, rows, how),
         "    return command;",
         "}",
@@ -190,28 +194,26 @@ def _wide(how: Dialect, text: str) -> str:
 
 
 def _limited(program: Program, rows: Rows, how: Dialect) -> list[str]:
-    guard = program.name.upper()
-    if how.whole:
-        lines = ["    wanted = word(wanted);"]
-    else:
+    guard, lines = program.name.upper(), []
+    if not how.whole:
         lines = [
             "    if (!is_reading(wanted)) {",
             f"        c->fault |= {guard}_FAULT_NUMBER;",
             f"        return {how.literal(0.0)};",
             "    }",
         ]
-    lines.append(f"    command = ({program.name}_number)wanted;" if how.whole
-                 else "    command = wanted;")  # fmt: skip
-    if rows.limit is None:
-        return lines
+        if rows.limit is None:
+            return [*lines, "    command = wanted;"]
+    limit = "MOST_READING" if rows.limit is None else "LIMIT"
+    kept = f"({program.name}_number)wanted" if how.whole else "wanted"
     return [
         *lines,
-        "    if (command > LIMIT) {",
-        "        command = LIMIT;",
-        "    } else if (command < -LIMIT) {",
-        "        command = -LIMIT;",
+        f"    if (wanted > {limit}) {{",
+        f"        command = {limit};",
+        f"    }} else if (wanted < -{limit}) {{",
+        f"        command = -{limit};",
         "    } else {",
-        "        /* nothing is cut off */",
+        f"        command = {kept};",
         "    }",
     ]
 

@@ -74,12 +74,12 @@ def _of_counts(program: Program, k: int, factor: float) -> list[str]:
     whole = round(math.ldexp(scaled, shift))
     return [
         *head,
-        f"    int64_t word = (int64_t){_bracketed(whole)} * (int64_t)counts;",
+        f"    int64_t value = (int64_t){_bracketed(whole)} * (int64_t)counts;",
         *_rounding(shift),
-        f"    if ((word > {words.largest}) || (word < -{words.largest})) {{",
-        f"        word = -{words.largest} - 1; /* no reading */",
+        f"    if ((value > {words.largest}) || (value < -{words.largest})) {{",
+        f"        value = -{words.largest} - 1; /* no reading */",
         "    }",
-        f"    return ({how.number})word;",
+        f"    return ({how.number})value;",
         "}",
         "",
     ]
@@ -113,16 +113,16 @@ def _of_command(program: Program, steps: float) -> list[str]:
     whole = round(math.ldexp(scaled, shift))
     return [
         *head,
-        f"    int64_t word = (int64_t){_bracketed(whole)} * (int64_t)command;",
+        f"    int64_t value = (int64_t){_bracketed(whole)} * (int64_t)command;",
         *_rounding(shift),
-        f"    if (word > {_MOST_STEPS}) {{",
-        f"        word = {_MOST_STEPS};",
-        f"    }} else if (word < -{_MOST_STEPS}) {{",
-        f"        word = -{_MOST_STEPS};",
+        f"    if (value > {_MOST_STEPS}) {{",
+        f"        value = {_MOST_STEPS};",
+        f"    }} else if (value < -{_MOST_STEPS}) {{",
+        f"        value = -{_MOST_STEPS};",
         "    } else {",
         "        /* within the converter's range */",
         "    }",
-        "    return (int32_t)word;",
+        "    return (int32_t)value;",
         "}",
         "",
     ]
@@ -137,6 +137,6 @@ def _rounding(shift: int) -> list[str]:
         return []
     half = 1 << (shift - 1)
     return [
-        f"    word = (word >= 0) ? ((word + INT64_C({half})) / INT64_C({2 * half}))",
-        f"                       : ((word - INT64_C({half})) / INT64_C({2 * half}));",
+        f"    value = (value >= 0) ? ((value + INT64_C({half})) / INT64_C({2 * half}))",
+        f"                        : ((value - INT64_C({half})) / INT64_C({2 * half}));",
     ]

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm import Arm
 from slewctl.compare import Judgement, digital_loss, least_word, loop_signals, read
 from slewctl.design import Controller
 from slewctl.design.anti_windup import anti_windup_gain
@@ -31,7 +30,7 @@ from slewctl.embedded.sample_time import check_sampled
 from slewctl.errors import check_choice
 from slewctl.loop.tracking import tracking_controller
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.plant.signals import TORQUE, signal
+from slewctl.plant.signals import signal
 
 # More readings in a row that are none no delay margin is asked to forgive.
 _MOST_MISSED = 1000
@@ -194,48 +193,19 @@ def program_of(
         exact = tracking_controller(given, model)
         if not starting_states(given.linear, entry_of(exact), at_rest)[1]:
             reference = settled(controller.linear, reference, at_rest)
-    limit = command_limit(model.arm, controller.linear.output_labels[0])
+    limit = model.arm.command_limit(controller.linear.output_labels[0])
     system, n = controller.linear, controller.linear.nstates
     H = np.zeros((n, 1))
     if math.isfinite(limit):
         H = anti_windup_gain(system, reference)
     start, jump = starting_states(system, reference, at_rest)
     seen = loop_signals(judgement).largest
-    room = np.array([*seen[:-2], seen[-1], min(seen[-2], limit)])
+    room = np.array([*seen[:-2], seen[-1], seen[-2]])
     said = (*said, *_said_of_limit(system, H, limit), *([jump] if jump else []))
     return Program(
         identifier(name), controller, reference, H[:, 0], start, at_rest, limit,
         _missed(judgement), _still(judgement, options, limit), options, (*notes, *said), room,
     )  # fmt: skip
-
-
-def command_limit(arm: Arm, actuator: str) -> float:
-    """Return the largest command that an arm's motor or actuator can do; infinite if none is known.
-
-    Parameters
-    ----------
-    arm : Arm
-    actuator : {"torque", "voltage"}
-
-    Returns
-    -------
-    float
-        In N·m or V.
-
-    Examples
-    --------
-    >>> import slewctl as sc
-    >>> from slewctl.embedded import command_limit
-    >>> command_limit(sc.Arm(sc.Beam(1.0, 2.0, 40.0), actuator=sc.Actuator(torque_limit=2.0)),
-    ...               "torque")
-    2.0
-    """
-    motor = arm.motor
-    if actuator == TORQUE:
-        limits = [arm.drive.torque_limit, motor.torque_limit if motor else None]
-    else:
-        limits = [motor.voltage_limit if motor else None]
-    return min((limit for limit in limits if limit is not None), default=math.inf)
 
 
 def _in_numbers(judgement: Judgement, options: CodeOptions) -> tuple[Controller, tuple[str, ...]]:

@@ -143,7 +143,7 @@ def _in_words(program: Program) -> Rows:
         rows.append(tuple(term for term in terms if term.factor))
     limit = None
     if math.isfinite(program.limit):
-        limit = min(math.floor(math.ldexp(program.limit, words.command)), words.largest - 1)
+        limit = min(math.floor(math.ldexp(program.limit, words.command)), words.largest)
     return Rows(
         rows[-1],
         tuple(rows[:-1]),

@@ -74,7 +74,7 @@ class Runner:
         if not self.fault:
             command = self._answer()
         limit = self.rows.limit
-        self.full = limit is not None and not -limit < command < limit
+        self.full = bool(limit is not None and not -limit < command < limit)
         return command
 
     def _take(self, inputs: list[Any]) -> None:
@@ -101,14 +101,15 @@ class Runner:
     def _answer(self) -> Any:
         *y, angle, feedforward = self.held
         wanted = self.law(y, angle) + feedforward
-        if self.words:
-            wanted = self._word(wanted)
-        elif not -self.rows.largest <= wanted <= self.rows.largest:
+        if not self.words and not -self.rows.largest <= wanted <= self.rows.largest:
             self.fault |= FAULT_NUMBER
             return self.number(0)
         limit = self.rows.limit
+        if limit is None and self.words:
+            limit = self.rows.largest
         command = wanted if limit is None else min(max(wanted, -limit), limit)
-        signals = [*self.x, *y, angle, command - wanted]
+        cut = command - wanted
+        signals = [*self.x, *y, angle, self._word(cut) if self.words else cut]
         self.x = [x + self._sum(row, signals) for x, row in zip(self.x, self._states, strict=True)]
         if self.words:
             self.x = [self._word(x) for x in self.x]

@@ -14,6 +14,10 @@ from slewctl.embedded.runner import Runner
 _SEED = 1
 # How far beyond its limit the command is wanted; it is cut off in a sixth of the samples.
 _BEYOND = 1.2
+# The reference's phase moves by as much in a sample at most, in rad.
+_TURN = 0.05
+# Samples by which inputs are chosen, and the part of their size below which none help.
+_FIRST, _LEAST_PART = 200, 1e-6
 # One in so many samples has a reading that is none.
 _NONE_EVERY = 50
 
@@ -30,12 +34,14 @@ class Sample:
     fault : int
         After it the program was started again, at the reference angle.
     states : tuple
+    at_limit : bool
     """
 
     inputs: list[Any]
     command: Any
     fault: int
     states: tuple[Any, ...]
+    at_limit: bool
 
 
 def trial(program: Program, steps: int) -> list[Sample]:
@@ -46,20 +52,33 @@ def trial(program: Program, steps: int) -> list[Sample]:
     program : Program
     steps : int
     """
+    part = 1.0
+    while part > _LEAST_PART:
+        first = _tried(program, min(steps, _FIRST), part)
+        if sum(sample.at_limit for sample in first) <= len(first) / 2:
+            break
+        part /= 2  # open loop it would stay at its limit
+    return _tried(program, steps, part)
+
+
+def _tried(program: Program, steps: int, part: float) -> list[Sample]:
+    """Return the answers to a reference that moves, and readings that differ by noise from it."""
     rng = np.random.default_rng(_SEED)
-    walk = np.cumsum(rng.standard_normal((steps, len(program.amplitudes) - 1)), axis=0)
-    # Slow and of the size that the loop has.
-    signals = np.tanh(walk / 8) * program.amplitudes[:-1]
-    wanted = rng.uniform(-_BEYOND, _BEYOND, steps) * program.amplitudes[-1]
+    sizes, m = program.amplitudes, len(program.sensors)
+    angles = np.sin(np.cumsum(rng.uniform(0, _TURN, steps))) * sizes[m] * part
+    noise = rng.standard_normal((steps, m)) / 4 * sizes[:m] * part
+    wanted = rng.uniform(-_BEYOND, _BEYOND, steps) * sizes[-1]
     runner, samples = Runner(program), []
-    for k, (row, target) in enumerate(zip(signals, wanted, strict=True)):
+    for k in range(steps):
+        row = np.append(program.at_rest * angles[k] + noise[k], angles[k])
         *y, angle = _numbers(program, row)
-        # Open loop the law would drift to its limit and stay there: the feedforward leads it.
-        feedforward = _feedforward(program, target, runner.law(y, angle))
+        feedforward = _feedforward(program, wanted[k], runner.law(y, angle))
         if k % _NONE_EVERY == _NONE_EVERY - 1:
             y[-1] = -program.words.largest - 1 if program.words else float("nan")
         command = runner.step(y, angle, feedforward)
-        samples.append(Sample([*y, angle, feedforward], command, runner.fault, tuple(runner.x)))
+        samples.append(
+            Sample([*y, angle, feedforward], command, runner.fault, tuple(runner.x), runner.full)
+        )
         if runner.fault:
             runner.init(angle)
     return samples

@@ -2,9 +2,33 @@
 
 from __future__ import annotations
 
-from slewctl.compare import Judge
-from slewctl.embedded import compile_program, program_of, read_back
+from dataclasses import fields
+
+from slewctl.compare import Judge, Judgement
+from slewctl.embedded import Program, compile_program, program_of, read_back
 from slewctl.embedded.options import CodeOptions
+from slewctl.errors import SlewctlError
+
+# Where what is wrong with the options of a design file stands in it.
+_OPTIONS = tuple(field.name for field in fields(CodeOptions))
+
+
+def design_program(
+    judgement: Judgement, options: CodeOptions, name: str, notes: tuple[str, ...] = ()
+) -> Program:
+    """Return what a computer runs of a design file; what is wrong is told at its place there.
+
+    Parameters
+    ----------
+    judgement, options, name, notes
+        As for `slewctl.embedded.program_of`.
+    """
+    try:
+        return program_of(judgement, options, name, notes)
+    except SlewctlError as error:
+        if error.where.partition(".")[0] in _OPTIONS:
+            raise error.within("export", ".") from error
+        raise
 
 
 def judge_of_compiled(judging: Judge, options: CodeOptions, name: str) -> tuple[str, ...]:
@@ -27,7 +51,7 @@ def judge_of_compiled(judging: Judge, options: CodeOptions, name: str) -> tuple[
         If the compiled code does not do what was written.
     """
     model, controller = judging.own
-    program = program_of(judging.judge(controller), options, name)
+    program = design_program(judging.judge(controller), options, name)
     compiled = read_back(program, compile_program(program))
     vars(judging)["own"] = model, compiled  # where the cached property keeps it
     said = "; ".join(program.notes)

@@ -23,7 +23,7 @@ from slewctl.numerics.matrix_equations import solve_discrete_lyapunov
 def problem() -> sc.Problem:
     arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
     noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
-    return sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, noise)
+    return sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, noise, truth_modes=5)
 
 
 @cache

@@ -62,12 +62,12 @@ def in_c(made: Program, inputs: list[list[Any]], folder: Path) -> list[tuple[Any
 @pytest.mark.parametrize("kind", ["double", "float", "16 bits", "32 bits"])
 def test_every_command_is_that_of_python_to_the_last_bit(kind: str, tmp_path: Path) -> None:
     made = program(kind)
-    ours = trial(made, STEPS if kind == "double" else STEPS // 10)
+    ours = trial(made, STEPS if kind == "double" else STEPS // 20)
     theirs = in_c(made, [sample.inputs for sample in ours], tmp_path)
     assert [(sample.command, sample.fault) for sample in ours] == theirs
     commands = np.array([command for command, _ in theirs], dtype=float)
     limit = float(rows_of(made).limit)
-    assert 0.1 < np.mean(np.abs(commands) == limit) < 0.3  # at its limit, and not
+    assert 0.1 < np.mean(np.abs(commands) == limit) < 0.6  # at its limit, and not
 
 
 @pytest.mark.parametrize("kind", list(KINDS))

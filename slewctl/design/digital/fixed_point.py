@@ -39,6 +39,8 @@ class LoopSignals:
     reading_covariance, state_covariance : ndarray, shapes (sensors, sensors), (n, n)
         Of the noise that comes on top.
     command_variance : float
+    limit : float
+        Where the command is cut off; its words hold that and no more.
     """
 
     readings: Array
@@ -48,13 +50,17 @@ class LoopSignals:
     reading_covariance: Array
     state_covariance: Array
     command_variance: float
+    limit: float = math.inf
 
     @property
     def largest(self) -> Array:
         """Largest reading of each sensor, of the command and of the reference, with noise."""
-        variances = [*np.diag(self.reading_covariance), self.command_variance]
-        seen = [*np.abs(self.readings).max(axis=0), np.abs(self.command).max()]
-        return np.array([*(seen + _DEVIATIONS * np.sqrt(variances)), abs(self.angle)])
+        spread = _DEVIATIONS * np.sqrt(np.diag(self.reading_covariance))
+        readings = np.abs(self.readings).max(axis=0) + spread
+        command = self.limit
+        if not math.isfinite(command):
+            command = np.abs(self.command).max() + _DEVIATIONS * math.sqrt(self.command_variance)
+        return np.array([*readings, command, abs(self.angle)])
 
     def largest_states(self, turned: Array) -> Array:
         """Return the largest values of states turned @ x, with noise."""
@@ -87,9 +93,13 @@ def fractions(
             f"{fraction} of {word} bits behind the point overflow: {names[k]} comes to "
             f"{sizes[k]:.3g}",
             where="fraction",
-            remedy=f"give at most {room[k]}, or a word of {word + fraction - room[k]} bits",
+            remedy=f"give at most {room[k]}{_longer(word + fraction - room[k])}",
         )
     return (fraction,) * len(room)
+
+
+def _longer(word: int) -> str:
+    return f", or a word of {word} bits" if word <= MOST_WORD else ""
 
 
 def check_word(word: int) -> int:
