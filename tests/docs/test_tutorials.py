@@ -13,7 +13,10 @@ DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.S)
 
 
-PAGES = [*sorted((DOCS / "tutorials").glob("*.md")), DOCS / "measurements.md", DOCS / "commands.md"]
+PAGES = [
+    *sorted((DOCS / "tutorials").glob("*.md")),
+    *(DOCS / f"{name}.md" for name in ("measurements", "commands", "export")),
+]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
