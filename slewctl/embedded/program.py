@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -189,15 +189,15 @@ def program_of(
     told = tracking_controller(controller, model)
     reference = entry_of(told)
     at_rest = rigid_readings(model, controller.sensors)
-    if controller.arithmetic is not None:
-        exact = tracking_controller(given, model)
-        if not starting_states(given.linear, entry_of(exact), at_rest)[1]:
-            reference = settled(controller.linear, reference, at_rest)
+    exact = entry_of(tracking_controller(given, model))
+    if controller.arithmetic is not None and not starting_states(given.linear, exact, at_rest)[1]:
+        reference = settled(controller.linear, reference, at_rest)
     limit = model.arm.command_limit(controller.linear.output_labels[0])
     system, n = controller.linear, controller.linear.nstates
     H = np.zeros((n, 1))
     if math.isfinite(limit):
-        H = anti_windup_gain(system, reference)
+        H = anti_windup_gain(given.linear, exact)
+        H = H if controller is given else in_sections(given.linear).of_state(H)
     start, jump = starting_states(system, reference, at_rest)
     seen = loop_signals(judgement).largest
     room = np.array([*seen[:-2], seen[-1], seen[-2]])
@@ -211,14 +211,10 @@ def program_of(
 def _in_numbers(judgement: Judgement, options: CodeOptions) -> tuple[Controller, tuple[str, ...]]:
     """Return the controller in sections, rounded as asked, and what that takes from it."""
     given = judgement.controller
+    if given.arithmetic is not None:  # rounded already
+        return given, (str(given.arithmetic),)
     if options.arithmetic == "double":
-        found = in_sections(given.linear)
-        reference = given.reference
-        if reference is not None:
-            reference = Reference(found.of_state(reference.B), reference.D)
-        made = replace(given, system=found.system, reference=reference,
-                       state_scale=np.ones(given.linear.nstates))  # fmt: skip
-        return made, ("double precision",)
+        return given.in_sections(), ("double precision",)
     if options.arithmetic == "float":
         made = given.in_float32()
         loss = digital_loss(judgement, judgement.yardstick.judge(made, judgement.slew))

@@ -120,6 +120,14 @@ class DigitalSteps:
         poles, _, cost = achieved(plant, made.linear, self.delay)
         return replace(made, poles=poles, h2_cost=cost.value)  # type: ignore[type-var]
 
+    def in_sections(self: Made) -> Made:
+        """Return the same controller in modal sections: a real pole or a pair of them each.
+
+        Of all coordinates these are moved least where coefficients are rounded.
+        """
+        found = in_sections(self.linear)
+        return _replaced(self, found.system, _turned(self.reference, found), "in modal sections")
+
     def in_float32(self: Made) -> Made:
         """Return the controller in modal sections with coefficients of single precision.
 
