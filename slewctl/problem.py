@@ -14,7 +14,9 @@ from slewctl.basis import MODAL, Basis
 from slewctl.compare.case import DEFAULT_SLEW, MOST_TRUTH_MODES
 from slewctl.compare.judged import Judged
 from slewctl.compare.judgement import Yardstick
+from slewctl.compare.loss_of_digits import DigitalLoss, digital_loss, least_word, loop_signals
 from slewctl.design import Controller
+from slewctl.design.digital.fixed_point import LoopSignals
 from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError, check_count
 from slewctl.export import toml_text
@@ -143,6 +145,62 @@ class Problem:
         yardstick = self._yardstick
         loop = close(yardstick.model, self.objective, controller)
         return Judged(loop, yardstick, slew or self.slew)
+
+    def digital_loss(self, before: Controller, after: Controller) -> DigitalLoss:
+        """Return what a step on the way to the computer takes from a controller, on the truth.
+
+        Parameters
+        ----------
+        before : Controller
+        after : Controller
+            Such as ``before.discretised(0.01)``, ``before.reduced(4, plant)`` or
+            ``before.in_float32()``.
+
+        Raises
+        ------
+        UnstableLoopError
+            If the loop is not stable to begin with.
+
+        Examples
+        --------
+        >>> import slewctl as sc
+        >>> arm = sc.Arm(sc.arms.paper_beam().beam, hub=sc.Hub(inertia=0.2), damping_ratio=0.01)
+        >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+        >>> K = sc.lqg(problem.plant("clamped-free", n=1))
+        >>> loss = problem.digital_loss(K, K.discretised(0.01))
+        >>> 0.01 < loss.margin < 0.2, 0 < loss.cost < 0.1
+        (True, True)
+        """
+        return digital_loss(self.judge(before), self.judge(after))
+
+    def loop_signals(self, controller: Controller) -> LoopSignals:
+        """Return what a sampled controller's signals come to on the truth, slew and noise.
+
+        `Controller.in_fixed_point` scales by them.
+
+        Parameters
+        ----------
+        controller : Controller
+        """
+        return loop_signals(self.judge(controller))
+
+    def least_word(
+        self, controller: Controller, loss: float = 0.01
+    ) -> tuple[Controller, DigitalLoss]:
+        """Return a sampled controller in the shortest words that lose no more than a part of it.
+
+        Parameters
+        ----------
+        controller : Controller
+        loss : float
+            Largest relative fall of a margin, and rise of the cost.
+
+        Raises
+        ------
+        DesignError
+            If no word of up to 32 bits loses so little.
+        """
+        return least_word(self.judge(controller), loss)
 
     def to_toml(
         self,

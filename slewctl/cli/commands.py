@@ -132,6 +132,9 @@ def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
 @click.option("--changed-only", is_flag=True,
               help="Skip designs that the --baseline file accepted and that did not change: same "
               "text, same slewctl, same numerical packages.")  # fmt: skip
+@click.option("--compiled", is_flag=True,
+              help="Judge the code that runs: what `slewctl export` writes, compiled by the "
+              "system's compiler and read back.")  # fmt: skip
 @click.pass_context
 def check_command(
     context: click.Context,
@@ -145,6 +148,7 @@ def check_command(
     tolerance: float,
     update_baseline: bool,
     changed_only: bool,
+    compiled: bool,
 ) -> None:
     """Check the requirements of the designs in PATH (TOML files or folders of them).
 
@@ -166,7 +170,7 @@ def check_command(
     context.exit(
         check(
             paths, outputs, tolerance=tolerance, every=every, quiet=quiet, github=github,
-            update_baseline=update_baseline, changed_only=changed_only,
+            update_baseline=update_baseline, changed_only=changed_only, compiled=compiled,
         )
     )  # fmt: skip
 
@@ -183,6 +187,8 @@ def _refuse_idle(context: click.Context) -> None:
             raise click.UsageError(f"{option} needs --baseline FILE.", context)
         if given(name) and given("update_baseline") and name != "update_baseline":
             raise click.UsageError(f"{option} means nothing with --update-baseline.", context)
+    if given("compiled") and given("changed_only"):
+        raise click.UsageError("--changed-only means nothing with --compiled.", context)
     if given("every") and given("quiet"):
         raise click.UsageError("--all means nothing with --quiet.", context)
 
@@ -213,6 +219,24 @@ def explain_command(design: Path) -> None:
     from slewctl.cli.beginning import print_explanation
 
     print_explanation(design)
+
+
+@cli.command("export")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--format", "form", default="c", show_default=True,
+              type=click.Choice(["c", "mat", "npz", "json"]), help="Code, or data.")  # fmt: skip
+@OUT_FOLDER
+@click.pass_context
+def export_command(context: click.Context, design: Path, form: str, out: Path) -> None:
+    """Write the controller of DESIGN (a TOML file) for what runs it: as C code, or as data.
+
+    The code needs no library: a header, a source, a test program with what it must give, and an
+    Arduino sketch. Its numbers and raw units are those of the file's [export] table. The
+    controller must hold its loop on the truth; the exit status is 1 where its own checks fail.
+    """
+    from slewctl.cli.exporting import export_design
+
+    context.exit(export_design(design, form, out))
 
 
 @cli.command("worst")

@@ -23,6 +23,12 @@ if TYPE_CHECKING:
     from slewctl.compare.evaluation import Evaluation, Judge, evaluate
     from slewctl.compare.judgement import Judgement, Yardstick
     from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
+    from slewctl.compare.loss_of_digits import (
+        DigitalLoss,
+        digital_loss,
+        least_word,
+        loop_signals,
+    )
     from slewctl.compare.quantities import QUANTITIES, Quantity, Reading
     from slewctl.compare.reading import describe, read
     from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
@@ -61,6 +67,7 @@ __all__ = [
     "Comparison",
     "DesignModel",
     "DestabilisedMode",
+    "DigitalLoss",
     "Duel",
     "Evaluation",
     "Followed",
@@ -104,10 +111,13 @@ __all__ = [
     "describe",
     "design_model",
     "destabilised_mode",
+    "digital_loss",
     "evaluate",
     "evaluate_point",
     "first_modes",
     "follow",
+    "least_word",
+    "loop_signals",
     "read",
     "recommend",
     "rows",

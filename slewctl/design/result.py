@@ -16,6 +16,8 @@ from slewctl._types import Array, ComplexArray
 from slewctl.design.achieved import achieved
 from slewctl.design.breakdown import check_finite
 from slewctl.design.coordinates import balanced
+from slewctl.design.digital.arithmetic import Arithmetic
+from slewctl.design.digital.steps import DigitalSteps
 from slewctl.design.reference import (
     REFERENCE,
     Reference,
@@ -127,7 +129,7 @@ class Guarantee:
 
 @holding_light
 @dataclass(frozen=True, eq=False, repr=False)
-class Controller(WithSystem):
+class Controller(DigitalSteps, WithSystem):
     """A designed controller: torque = K y, continuous, or sampled with a zero-order hold.
 
     Sign convention: the torque is the output of `system` driven by the measurements
@@ -167,6 +169,8 @@ class Controller(WithSystem):
         designed controller leaves in balanced coordinates.
     continuous : Controller or None
         The continuous law that a sampled one was made of by discretisation.
+    arithmetic : Arithmetic or None
+        The numbers that it is rounded to; None for those of double precision.
     """
 
     system: control.StateSpace
@@ -182,6 +186,7 @@ class Controller(WithSystem):
     reference: Reference | None = None
     state_scale: Array = field(default_factory=lambda: np.ones(0))
     continuous: Controller | None = None
+    arithmetic: Arithmetic | None = None
 
     def __repr__(self) -> str:
         states = f"{self.linear.nstates} states"

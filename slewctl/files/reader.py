@@ -6,7 +6,7 @@ A design file describes; it runs no code.  All that is wrong with it is told at 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,11 @@ from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import QUANTITIES, Case
 from slewctl.compare.case import check_basis
 from slewctl.design.methods import GIVEN
+from slewctl.embedded.options import CodeOptions
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import DESCRIBED, arm_of_table
 from slewctl.files.encoders import with_encoder_noise
+from slewctl.files.export_table import read_export
 from slewctl.files.faults import Faults, missing
 from slewctl.files.find import find_designs, name_designs, refuse_study
 from slewctl.files.given_law import (
@@ -65,6 +67,8 @@ class DesignFile:
         The box in which the worst arm is sought.
     measured : MeasuredPlant or None
         A response on which the controller is judged as well.
+    export : CodeOptions
+        How the controller runs, as code.
     """
 
     path: Path
@@ -75,6 +79,7 @@ class DesignFile:
     beside: str = ""
     uncertainty: Uncertainty | None = None
     measured: MeasuredPlant | None = None
+    export: CodeOptions = field(default_factory=CodeOptions)
 
     @property
     def text(self) -> str:
@@ -164,12 +169,15 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     if tables.get("uncertainty"):
         uncertainty = faults.attempt(read_uncertainty, tables["uncertainty"], varied, tried)
     measured = None
+    # Where the controller is wrong, the rest of a table is looked at all the same.
+    met = keys["objective"] or Objective(_HALF, _HALF)
     if tables.get("measured"):
-        # Where the controller is wrong, the rest of the table is looked at all the same.
-        met = keys["objective"] or Objective(_HALF, _HALF)
         measured = faults.attempt(
             read_measured, tables["measured"], source.path, varied, met, common, tried
         )
+    export = CodeOptions()
+    if tables.get("export"):
+        export = faults.attempt(read_export, tables["export"], met) or export
     sought = () if uncertainty is None else (QUANTITIES[uncertainty.quantity].requirement,)
     needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
     if needs_slew and "slew" not in source.content:
@@ -183,7 +191,7 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     beside = digest_beside(source.path, case.options) if method == GIVEN else ""
     beside += measured.digest if measured else ""
     return DesignFile(
-        source.path, case, requirements, variations, source, beside, uncertainty, measured
+        source.path, case, requirements, variations, source, beside, uncertainty, measured, export
     )
 
 

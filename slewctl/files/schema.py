@@ -13,6 +13,7 @@ from pydantic import ConfigDict, Field
 from slewctl.arm import Hub, LumpedMass, Motor, Payload
 from slewctl.compare import Case
 from slewctl.files.drive_tables import ActuatorTable, JointTable, SensorTable
+from slewctl.files.export_table import ExportTable
 from slewctl.files.measured_table import MeasuredTable
 from slewctl.files.modal_schema import ModalDataTable, WingTable
 from slewctl.files.table import Count, Efficiency, Finite, NonNegative, Positive, Several, Table
@@ -364,4 +365,8 @@ class DesignTable(Table):
     measured: Annotated[
         MeasuredTable | None,
         _told("table", "a measured response to hold them on too", {"file": "response.csv"}),
+    ] = None
+    export: Annotated[
+        ExportTable | None,
+        _told("table", "how the controller runs, as code", {"arithmetic": "float"}),
     ] = None

@@ -18,8 +18,10 @@ BLOCK = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.S)
 
 
 FIRST_STEPS = DOCS / "tutorials" / "first-ten-minutes.md"
-PAGES = [page for page in (*sorted((DOCS / "tutorials").glob("*.md")), DOCS / "measurements.md",
-                           DOCS / "commands.md") if page != FIRST_STEPS]  # fmt: skip
+PAGES = [
+    *sorted(page for page in (DOCS / "tutorials").glob("*.md") if page != FIRST_STEPS),
+    *(DOCS / f"{name}.md" for name in ("measurements", "commands", "export")),
+]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
