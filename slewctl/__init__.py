@@ -71,9 +71,12 @@ if TYPE_CHECKING:
     )
     from slewctl.errors import AccuracyError, DesignError, InputError, SlewctlError
     from slewctl.loop import (
+        Conditions,
+        Load,
         Loop,
         Margins,
         SampledLoop,
+        Simulation,
         Slew,
         Swing,
         UnstableLoopError,
@@ -82,6 +85,7 @@ if TYPE_CHECKING:
         ncf_margin,
         norm,
         nu_gap,
+        simulate,
         simulate_slew,
         simulate_swing,
         simulate_turned_hub,
@@ -131,6 +135,7 @@ if TYPE_CHECKING:
     from slewctl.trajectory.rest_to_rest import BangBang, rest_to_rest
     from slewctl.trajectory.sampled_shaper import sampled_shaper
     from slewctl.trajectory.shapers import Mode, Shaper, compare_shapers, shaper
+    from slewctl.trajectory.timed_profiles import timed_profile
 
 __version__ = "0.2.0"
 
@@ -142,6 +147,7 @@ __all__ = [
     "BangBang",
     "Beam",
     "ClampedFree",
+    "Conditions",
     "Controller",
     "DesignError",
     "Drag",
@@ -152,6 +158,7 @@ __all__ = [
     "InputError",
     "Joint",
     "KelvinVoigt",
+    "Load",
     "Log",
     "Loop",
     "LumpedMass",
@@ -179,6 +186,7 @@ __all__ = [
     "SampledLoop",
     "Sensor",
     "Shaper",
+    "Simulation",
     "Slew",
     "SlewctlError",
     "Slewing",
@@ -242,6 +250,7 @@ __all__ = [
     "sampled_plant",
     "sampled_shaper",
     "shaper",
+    "simulate",
     "simulate_slew",
     "simulate_swing",
     "simulate_turned_hub",
@@ -251,6 +260,7 @@ __all__ = [
     "spin_frequencies_hz",
     "stacked_appendages",
     "state_space",
+    "timed_profile",
     "truth",
     "variance_bound",
     "vary",

@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from slewctl.loop.connect import close
     from slewctl.loop.margin_functions import hybrid_delay_margin
     from slewctl.loop.motion.large_slew import Swing, simulate_swing
+    from slewctl.loop.motion.conditions import Conditions, Load
+    from slewctl.loop.motion.simulation import Simulation, simulate
     from slewctl.loop.motion.slew import SlewResponse, SlewSummary, simulate_slew
     from slewctl.loop.motion.slew_inputs import Slew
     from slewctl.loop.motion.turned_hub import simulate_turned_hub
@@ -41,10 +43,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AxisCrossing",
+    "Conditions",
     "Crossing",
     "FrequencyResponse",
     "GeneralisedMargin",
     "HybridDelay",
+    "Load",
     "Loop",
     "Margins",
     "MultiloopDisk",
@@ -55,6 +59,7 @@ __all__ = [
     "PlantGraph",
     "ResidualMode",
     "SampledLoop",
+    "Simulation",
     "Slew",
     "SlewResponse",
     "SlewSummary",
@@ -78,6 +83,7 @@ __all__ = [
     "peak_gain",
     "perturbation_system",
     "plant_graph",
+    "simulate",
     "simulate_slew",
     "simulate_swing",
     "simulate_turned_hub",
