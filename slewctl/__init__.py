@@ -76,11 +76,13 @@ if TYPE_CHECKING:
         Loop,
         Margins,
         SampledLoop,
+        Shaping,
         Simulation,
         Slew,
         Swing,
         UnstableLoopError,
         close,
+        compare_commands,
         multiloop_margins,
         ncf_margin,
         norm,
@@ -131,8 +133,10 @@ if TYPE_CHECKING:
         state_space,
     )
     from slewctl.problem import Problem
+    from slewctl.trajectory.limited_turn import Drive, HeldTurn, limited_turn
     from slewctl.trajectory.profiles import MinimumJerk, RigidTimeOptimal, SCurve, Versine
     from slewctl.trajectory.rest_to_rest import BangBang, rest_to_rest
+    from slewctl.trajectory.robust_shaper import Band, robust_shaper
     from slewctl.trajectory.sampled_shaper import sampled_shaper
     from slewctl.trajectory.shapers import Mode, Shaper, compare_shapers, shaper
     from slewctl.trajectory.timed_profiles import timed_profile
@@ -144,6 +148,7 @@ __all__ = [
     "Actuator",
     "Arm",
     "ArmMatched",
+    "Band",
     "BangBang",
     "Beam",
     "ClampedFree",
@@ -151,8 +156,10 @@ __all__ = [
     "Controller",
     "DesignError",
     "Drag",
+    "Drive",
     "Fit",
     "GeneralisedPlant",
+    "HeldTurn",
     "Hub",
     "HubMatched",
     "InputError",
@@ -186,6 +193,7 @@ __all__ = [
     "SampledLoop",
     "Sensor",
     "Shaper",
+    "Shaping",
     "Simulation",
     "Slew",
     "SlewctlError",
@@ -201,6 +209,7 @@ __all__ = [
     "assemble",
     "balanced_truncation",
     "close",
+    "compare_commands",
     "compare_designs",
     "compare_shapers",
     "dlqe",
@@ -223,6 +232,7 @@ __all__ = [
     "kalman",
     "large_slew",
     "lead",
+    "limited_turn",
     "lqg",
     "lqr",
     "margins",
@@ -246,6 +256,7 @@ __all__ = [
     "read_response",
     "recommend",
     "rest_to_rest",
+    "robust_shaper",
     "run_study",
     "sampled_plant",
     "sampled_shaper",

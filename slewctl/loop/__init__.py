@@ -8,8 +8,9 @@ if TYPE_CHECKING:
     from slewctl.loop.closed import Loop
     from slewctl.loop.connect import close
     from slewctl.loop.margin_functions import hybrid_delay_margin
-    from slewctl.loop.motion.large_slew import Swing, simulate_swing
     from slewctl.loop.motion.conditions import Conditions, Load
+    from slewctl.loop.motion.large_slew import Swing, simulate_swing
+    from slewctl.loop.motion.shaping import Shaping, compare_commands
     from slewctl.loop.motion.simulation import Simulation, simulate
     from slewctl.loop.motion.slew import SlewResponse, SlewSummary, simulate_slew
     from slewctl.loop.motion.slew_inputs import Slew
@@ -59,6 +60,7 @@ __all__ = [
     "PlantGraph",
     "ResidualMode",
     "SampledLoop",
+    "Shaping",
     "Simulation",
     "Slew",
     "SlewResponse",
@@ -70,6 +72,7 @@ __all__ = [
     "best_output_scale",
     "classical_margins",
     "close",
+    "compare_commands",
     "gap_between",
     "hybrid_delay_margin",
     "input_loop",

@@ -15,6 +15,14 @@ ANGLES = ("theta", "theta_motor")
 # Most of a sample by which the clock may be late.
 _MOST_JITTER = 0.5
 
+# Conditions that stand beside the turn itself in a design file.
+_BESIDE = ("saturate", "nonlinear")
+
+
+def place(name: str) -> str:
+    """Return the key of a design file that a condition has."""
+    return f"slew.{name}" if name in _BESIDE else f"slew.conditions.{name}"
+
 
 @dataclass(frozen=True)
 class Load:
@@ -49,15 +57,15 @@ class Load:
     until_s: float | None = None
 
     def __post_init__(self) -> None:
-        check_nonnegative(self.time_s, "load.time_s")
+        check_nonnegative(self.time_s, "loads.time_s")
         for name in ("torque", "tip_force"):
-            check_number(getattr(self, name), f"load.{name}")
+            check_number(getattr(self, name), f"loads.{name}")
         if not (self.torque or self.tip_force):
-            raise InputError("no load", where="load", remedy="give a torque or a tip_force")
-        if self.until_s is not None and check_number(self.until_s, "load.until_s") <= self.time_s:
+            raise InputError("no load", where="loads", remedy="give a torque or a tip_force")
+        if self.until_s is not None and check_number(self.until_s, "loads.until_s") <= self.time_s:
             raise InputError(
                 f"the load ends at {self.until_s:g} s, before it begins",
-                where="load.until_s",
+                where="loads.until_s",
                 remedy=f"give more than {self.time_s:g}",
             )
 
@@ -124,25 +132,25 @@ class Conditions:
 
     def __post_init__(self) -> None:
         for name in ("coulomb_friction", "backlash_deg", "jitter", "missed"):
-            check_nonnegative(getattr(self, name), f"conditions.{name}")
+            check_nonnegative(getattr(self, name), place(name))
         if self.rate_limit is not None:
-            check_positive(self.rate_limit, "conditions.rate_limit")
+            check_positive(self.rate_limit, place("rate_limit"))
         if self.encoder_counts is not None:
-            check_count(self.encoder_counts, "conditions.encoder_counts")
+            check_count(self.encoder_counts, place("encoder_counts"))
         if self.seed is not None:
-            check_count(self.seed, "conditions.seed", 0)
+            check_count(self.seed, place("seed"), 0)
         if self.missed >= 1:
             raise InputError(
                 f"{self.missed:g} is no probability of a miss that leaves a sample",
-                where="conditions.missed",
+                where=place("missed"),
                 remedy="give 0 <= missed < 1",
             )
         if self.static_friction is not None:
             least = self.coulomb_friction
-            if check_nonnegative(self.static_friction, "conditions.static_friction") < least:
+            if check_nonnegative(self.static_friction, place("static_friction")) < least:
                 raise InputError(
                     f"{self.static_friction:g} N·m is less than the friction in motion",
-                    where="conditions.static_friction",
+                    where=place("static_friction"),
                     remedy=f"give at least {least:g}, or leave it out",
                 )
         object.__setattr__(self, "loads", _loads(self.loads))
@@ -192,7 +200,7 @@ class Conditions:
             most = _MOST_JITTER * loop.sample_time
             raise InputError(
                 f"{self.jitter:g} s of a clock of {loop.sample_time:g} s",
-                where="conditions.jitter",
+                where=place("jitter"),
                 remedy=f"give at most {most:g} s, half a sample",
             )
         limits = [arm.drive.torque_limit]
@@ -214,7 +222,7 @@ class Conditions:
 
 
 def _idle(name: str, what: str, remedy: str) -> InputError:
-    return InputError(what, where=f"conditions.{name}", remedy=f"{remedy}, or leave {name} out")
+    return InputError(what, where=place(name), remedy=f"{remedy}, or leave {name} out")
 
 
 def _loads(given: Sequence[Load]) -> tuple[Load, ...]:
@@ -222,6 +230,6 @@ def _loads(given: Sequence[Load]) -> tuple[Load, ...]:
         return (given,)
     if not isinstance(given, Sequence) or not all(isinstance(load, Load) for load in given):
         raise InputError(
-            "not a list of loads", where="conditions.loads", remedy="give slewctl.Load objects"
+            "not a list of loads", where=place("loads"), remedy="give slewctl.Load objects"
         )
     return tuple(given)

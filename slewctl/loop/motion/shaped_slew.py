@@ -69,7 +69,7 @@ def shaped(slew: Slew, loop: Loop) -> Slew:
     else:
         made = shaper(slew.shaper, modes)
     for mode in modes:
-        if T > mode.half_period / 2:
+        if mode.half_period / 2 < T:
             raise InputError(
                 f"{T:g} s is too slow a clock to shape a mode of "
                 f"{mode.damped / (2 * np.pi):.4g} Hz",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -148,6 +149,42 @@ class Slew:
         added = self.shaper.duration if isinstance(self.shaper, Shaper) else 0.0
         angle = float(np.radians(self.angle_deg))
         return timed_profile(self.profile, angle, self.duration_s - added)
+
+    def table(self) -> dict[str, Any]:
+        """Return the slew as the ``[slew]`` table of a design file.
+
+        Raises
+        ------
+        InputError
+            For a shaper that is no name: impulses are not written.
+        """
+        if isinstance(self.shaper, Shaper):
+            raise InputError(
+                "a shaper of its own cannot be written to a design file",
+                where="slew.shaper",
+                remedy="give its name, such as 'zvd'",
+            )
+        table: dict[str, Any] = {
+            "angle_deg": self.angle_deg,
+            "duration_s": self.duration_s,
+            "horizon_s": self.horizon_s,
+            "profile": None if self.profile == _EXACT else self.profile,
+            "shaper": self.shaper,
+            "modes": self.modes,
+        }
+        met = self.conditions
+        changed = {
+            f.name: getattr(met, f.name)
+            for f in fields(met)
+            if f.name != "loads" and getattr(met, f.name) != f.default
+        }
+        for key in ("saturate", "nonlinear"):
+            table[key] = changed.pop(key, None)
+        if met.loads:
+            changed["loads"] = [
+                {k: v for k, v in asdict(load).items() if k == "time_s" or v} for load in met.loads
+            ]
+        return {**table, "conditions": changed or None}
 
     @property
     def end(self) -> float:

@@ -1,0 +1,219 @@
+"""Shapers by linear programming that hold a residual over a band of frequencies.
+
+Impulses on a grid of times, none negative, their sum one: the residual at each frequency of
+the band is bounded by a polygon around a circle, and the earliest centre of mass is sought.
+The shortest grid that has a solution is found by bisection.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, cos, pi
+
+import numpy as np
+from scipy.optimize import linprog
+
+from slewctl._types import Array
+from slewctl.errors import AccuracyError, InputError, check_number, check_positive
+from slewctl.trajectory.shapers import TOLERANCE, Shaper
+
+# Frequencies at which a band is held, for each turn of the phase across it and at least.
+_A_TURN, _LEAST = 24, 9
+# Sides of the polygon inside of the circle that the residual must not leave.
+_SIDES = 16
+# The circle shrunk by so much leaves room between the frequencies and for the solver.
+_ROOM = 1e-3
+# Impulses of less than this are none.
+_NONE = 1e-9
+# How often the band is checked more closely than it was held, and made denser.
+_FINER, _ROUNDS = 8, 4
+# A shaper of so many times its first guess is not sought.
+_DOUBLINGS = 6
+# Samples in half the shortest period without a clock of its own.
+_SAMPLES = 12
+
+
+@dataclass(frozen=True)
+class Band:
+    """Frequencies between which a mode may lie.
+
+    Parameters
+    ----------
+    low, high : float
+        Natural frequencies in rad/s.
+    ratio : float
+        Damping ratio, 0 <= ratio < 1.
+
+    Raises
+    ------
+    InputError
+        For frequencies that are not positive, or in the wrong order.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> sc.Band(9.0, 11.0).centre
+    10.0
+    """
+
+    low: float
+    high: float
+    ratio: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_positive(self.low, "band.low")
+        if check_positive(self.high, "band.high") < self.low:
+            raise InputError(
+                f"{self.high:g} is below {self.low:g}",
+                where="band.high",
+                remedy="give the lower frequency first",
+            )
+        if not 0 <= check_number(self.ratio, "band.ratio") < 1:
+            raise InputError(
+                f"{self.ratio:g} is not a damping ratio of a mode that vibrates",
+                where="band.ratio",
+                remedy="give 0 <= ratio < 1",
+            )
+
+    @classmethod
+    def around(cls, frequency: float, deviation: float, ratio: float = 0.0) -> Band:
+        """Return the band of a fitted frequency, two standard deviations either way.
+
+        Parameters
+        ----------
+        frequency, deviation : float
+            In rad/s, as 2π times a `Root.frequency_hz` of a fit and its deviation.
+        ratio : float
+            Damping ratio.
+        """
+        size = 2 * check_positive(deviation, "band.deviation")
+        return cls(frequency - size, frequency + size, ratio)
+
+    @property
+    def centre(self) -> float:
+        """The frequency in the middle, in rad/s."""
+        return (self.low + self.high) / 2
+
+    def frequencies(self, count: int) -> Array:
+        """Return so many frequencies from end to end."""
+        return np.linspace(self.low, self.high, count)
+
+
+def robust_shaper(
+    bands: Sequence[Band], *, tolerance: float = TOLERANCE, sample_time: float | None = None
+) -> Shaper:
+    """Return the shortest shaper on a grid of times that leaves little over bands of frequencies.
+
+    Parameters
+    ----------
+    bands : sequence of Band
+    tolerance : float
+        Largest residual anywhere in them, between 0 and 1.
+    sample_time : float, optional
+        Of the grid in s, a controller's clock; by default a twelfth of half the shortest
+        period.
+
+    Returns
+    -------
+    Shaper
+        No impulse is negative.
+
+    Raises
+    ------
+    InputError
+        For no band, an impossible tolerance, or a clock that is too slow for a band.
+    AccuracyError
+        If the residual, computed anew on a finer grid of frequencies, is larger than allowed.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> robust = sc.robust_shaper([sc.Band(10.0, 14.0)], sample_time=0.01)
+    >>> bool(robust.residual(12.5) <= 0.05), robust.duration < 0.53
+    (True, True)
+    """
+    if not bands:
+        raise InputError("no band", where="bands", remedy="give at least one")
+    if not 0 < tolerance < 1:
+        raise InputError(
+            f"{tolerance:g} is no residual", where="tolerance", remedy="give 0 < tolerance < 1"
+        )
+    fastest = pi / max(band.high for band in bands)
+    step = fastest / _SAMPLES if sample_time is None else check_positive(sample_time, "sample_time")
+    if step > fastest / 2:
+        raise InputError(
+            f"{step:g} s is too slow for a mode of {1 / (2 * fastest):.4g} Hz",
+            where="sample_time",
+            remedy=f"take at most {0.999 * fastest / 2:.4g} s",
+        )
+    density = 1
+    for _ in range(_ROUNDS):
+        found = _shortest(bands, tolerance * (1 - _ROOM), step, density)
+        if _worst(found, bands, _FINER * density) <= tolerance:
+            return found
+        density *= 2
+    raise AccuracyError(
+        f"the residual is larger than {tolerance:g} between the frequencies of the program",
+        where="robust_shaper",
+        remedy="allow a little more, or give narrower bands",
+    )
+
+
+def _count(band: Band, duration: float, density: int) -> int:
+    turns = (band.high - band.low) * duration / (2 * pi)
+    return density * max(_LEAST, ceil(_A_TURN * turns)) if band.high > band.low else 1
+
+
+def _worst(shaper: Shaper, bands: Sequence[Band], density: int) -> float:
+    """Return the largest residual over the bands, from the impulses themselves."""
+    return max(
+        float(shaper.residual(b.frequencies(_count(b, shaper.duration, density)), b.ratio).max())
+        for b in bands
+    )
+
+
+def _shortest(bands: Sequence[Band], tolerance: float, step: float, density: int) -> Shaper:
+    low, high = 0, ceil(sum(pi / band.low for band in bands) / step) + 1
+    found = None
+    for _ in range(_DOUBLINGS):
+        found = _impulses(high, bands, tolerance, step, density)
+        if found is not None:
+            break
+        low, high = high, 2 * high
+    if found is None:
+        raise AccuracyError(
+            f"no shaper of {low * step:.4g} s was found",
+            where="robust_shaper",
+            remedy="allow a larger tolerance, or give narrower bands",
+        )
+    while high - low > 1:
+        middle = (low + high) // 2
+        better = _impulses(middle, bands, tolerance, step, density)
+        if better is None:
+            low = middle
+        else:
+            high, found = middle, better
+    kept = np.flatnonzero(found > _NONE)
+    amplitudes = found[kept] / found[kept].sum()
+    times = step * (kept - kept[0])
+    return Shaper("robust", tuple(times.tolist()), tuple(amplitudes.tolist()))
+
+
+def _impulses(
+    samples: int, bands: Sequence[Band], tolerance: float, step: float, density: int
+) -> Array | None:
+    """Return impulses at 0, …, `samples` steps within the tolerance, if there are."""
+    back = step * np.arange(-samples, 1.0)
+    turns = np.exp(2j * pi * np.arange(_SIDES) / _SIDES)
+    rows = []
+    for band in bands:
+        w = band.frequencies(_count(band, samples * step, density))[:, None]
+        wave = np.exp((band.ratio + 1j * np.sqrt(1 - band.ratio**2)) * w * back)
+        rows.append((turns[:, None, None] * wave).real.reshape(-1, len(back)))
+    limits = np.vstack(rows)
+    found = linprog(
+        -back[::-1], A_ub=limits, b_ub=np.full(len(limits), tolerance * cos(pi / _SIDES)),
+        A_eq=np.ones((1, len(back))), b_eq=np.ones(1), bounds=(0, None), method="highs",
+    )  # fmt: skip
+    return None if found.x is None or found.status != 0 else np.asarray(found.x, dtype=float)
