@@ -65,7 +65,7 @@ def least_duration(loop: Loop, slew: Slew) -> float:
     Returns
     -------
     float
-        That of the slew itself where it is within the limits; infinite if none is.
+        Infinite if no duration will do; zero where nothing limits it.
     """
     arm = loop.model.arm
     added = slew.shaper.duration if isinstance(slew.shaper, Shaper) else 0.0
@@ -78,13 +78,16 @@ def least_duration(loop: Loop, slew: Slew) -> float:
 
 
 def _least(beyond: Callable[[float], bool], duration: float, added: float) -> float:
-    if not beyond(duration):
-        return duration
+    """Return the shortest duration that is not beyond the limits, between powers of two."""
     low = high = duration - added
     while beyond(high + added):
         low, high = high, 2 * high
         if high > _LONGEST * duration:
             return np.inf
+    while not beyond(low + added):
+        low, high = low / 2, low
+        if _LONGEST * low < duration:
+            return 0.0
     found = brentq(lambda t: 1.0 if beyond(t + added) else -1.0, low, high, xtol=1e-4 * low)
     return float(found * (1 + 1e-4) + added)
 

@@ -72,7 +72,7 @@ class ProfileNeed:
     voltage : float or None
         In V, where there is a motor.
     least_s : float
-        Shortest duration within the limits of motor and actuator; the slew's where it is.
+        Shortest duration within the limits of motor and actuator; zero without any.
     """
 
     name: str
