@@ -225,7 +225,8 @@ class _Program:
 
     def _solved(self, samples: int) -> Array | None:
         """Return torques of so many samples as parts of what they need, if there are."""
-        back = self.T * np.arange(samples - 1, -1, -1.0)  # from the end of each to the last
+        # From the end of each sample to that of the last.
+        back = np.asarray(self.T * np.arange(samples - 1, -1, -1.0))
         unit = self.inertia * self.angle / (samples * self.T) ** 2
         rate, turned = _rigid(back, self.T, self.inertia, self.friction)
         size = samples * self.T
@@ -264,7 +265,7 @@ class _Program:
             k = np.arange(samples)
             for end in (0, 1):  # of each sample: the rate changes while the torque is held
                 since = self.T * (k[:, None] - 1 + end - k[None, :])
-                since = np.where(since >= 0, since, 0.0)
+                since = np.maximum(since, 0.0).astype(float)
                 gone = k[:, None] + end > k[None, :]
                 rate = np.where(gone, _rigid(since, self.T, self.inertia, self.friction)[0], 0.0)
                 volts = np.eye(samples) / drive.torque_per_volt + drive.volts_per_rate * rate
@@ -273,8 +274,8 @@ class _Program:
                 most.append(np.full(samples, limit))
         if not rows:
             return None, None
-        whole, limit = np.vstack(rows), np.concatenate(most)
-        return np.vstack([whole, -whole]), np.concatenate([limit, limit])
+        whole, right = np.vstack(rows), np.concatenate(most)
+        return np.vstack([whole, -whole]), np.concatenate([right, right])
 
 
 def _rigid(since: Array, T: float, inertia: float, friction: float) -> tuple[Array, Array]:

@@ -1,33 +1,34 @@
 """Shapers by linear programming that hold a residual over a band of frequencies.
 
-Impulses on a grid of times, none negative, their sum one: the residual at each frequency of
-the band is bounded by a polygon around a circle, and the earliest centre of mass is sought.
-The shortest grid that has a solution is found by bisection.
+Impulses on a grid of times, none negative, their sum one, the earliest centre of mass: a linear
+program.  The residual of a frequency is a point that shall lie in a circle; wherever it lies
+outside, the tangent that it crosses is added, and the program solved again (Kelley's cutting
+planes), so that what has no solution has none with the circle either.  The shortest grid that
+has one is found by bisection.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, cos, pi
+from math import ceil, pi
 
 import numpy as np
 from scipy.optimize import linprog
 
-from slewctl._types import Array
+from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError, InputError, check_number, check_positive
 from slewctl.trajectory.shapers import TOLERANCE, Shaper
 
-# Frequencies at which a band is held, for each turn of the phase across it and at least.
-_A_TURN, _LEAST = 24, 9
-# Sides of the polygon inside of the circle that the residual must not leave.
-_SIDES = 16
-# The circle shrunk by so much leaves room between the frequencies and for the solver.
-_ROOM = 1e-3
+# Frequencies at which a band is looked at, for each turn of the phase across it and at least.
+_A_TURN, _LEAST = 300, 101
+# Every so manieth of them is held from the beginning, in so many directions.
+_FIRST, _SIDES = 20, 4
+# What the limit is lowered by for what lies between them, the overshoot that ends the search,
+# both relative, and its rounds at most.
+_BETWEEN, _ROOM, _CUTS = 2e-4, 1e-5, 60
 # Impulses of less than this are none.
 _NONE = 1e-9
-# How often the band is checked more closely than it was held, and made denser.
-_FINER, _ROUNDS = 8, 4
 # A shaper of so many times its first guess is not sought.
 _DOUBLINGS = 6
 # Samples in half the shortest period without a clock of its own.
@@ -147,37 +148,30 @@ def robust_shaper(
             where="sample_time",
             remedy=f"take at most {0.999 * fastest / 2:.4g} s",
         )
-    density = 1
-    for _ in range(_ROUNDS):
-        found = _shortest(bands, tolerance * (1 - _ROOM), step, density)
-        if _worst(found, bands, _FINER * density) <= tolerance:
-            return found
-        density *= 2
-    raise AccuracyError(
-        f"the residual is larger than {tolerance:g} between the frequencies of the program",
-        where="robust_shaper",
-        remedy="allow a little more, or give narrower bands",
-    )
-
-
-def _count(band: Band, duration: float, density: int) -> int:
-    turns = (band.high - band.low) * duration / (2 * pi)
-    return density * max(_LEAST, ceil(_A_TURN * turns)) if band.high > band.low else 1
-
-
-def _worst(shaper: Shaper, bands: Sequence[Band], density: int) -> float:
-    """Return the largest residual over the bands, from the impulses themselves."""
-    return max(
-        float(shaper.residual(b.frequencies(_count(b, shaper.duration, density)), b.ratio).max())
+    found = _shortest(bands, tolerance * (1 - _BETWEEN), step)
+    left = max(
+        float(found.residual(b.frequencies(4 * _count(b, found.duration)), b.ratio).max())
         for b in bands
     )
+    if left > tolerance:
+        raise AccuracyError(
+            f"the residual is {left:.4g} between the frequencies of the program",
+            where="robust_shaper",
+            remedy="allow a little more, or give narrower bands",
+        )
+    return found
 
 
-def _shortest(bands: Sequence[Band], tolerance: float, step: float, density: int) -> Shaper:
+def _count(band: Band, duration: float) -> int:
+    turns = (band.high - band.low) * duration / (2 * pi)
+    return max(_LEAST, ceil(_A_TURN * turns)) if band.high > band.low else 1
+
+
+def _shortest(bands: Sequence[Band], tolerance: float, step: float) -> Shaper:
     low, high = 0, ceil(sum(pi / band.low for band in bands) / step) + 1
     found = None
     for _ in range(_DOUBLINGS):
-        found = _impulses(high, bands, tolerance, step, density)
+        found = _impulses(high, bands, tolerance, step)
         if found is not None:
             break
         low, high = high, 2 * high
@@ -189,7 +183,7 @@ def _shortest(bands: Sequence[Band], tolerance: float, step: float, density: int
         )
     while high - low > 1:
         middle = (low + high) // 2
-        better = _impulses(middle, bands, tolerance, step, density)
+        better = _impulses(middle, bands, tolerance, step)
         if better is None:
             low = middle
         else:
@@ -200,20 +194,38 @@ def _shortest(bands: Sequence[Band], tolerance: float, step: float, density: int
     return Shaper("robust", tuple(times.tolist()), tuple(amplitudes.tolist()))
 
 
-def _impulses(
-    samples: int, bands: Sequence[Band], tolerance: float, step: float, density: int
-) -> Array | None:
+def _impulses(samples: int, bands: Sequence[Band], tolerance: float, step: float) -> Array | None:
     """Return impulses at 0, …, `samples` steps within the tolerance, if there are."""
     back = step * np.arange(-samples, 1.0)
-    turns = np.exp(2j * pi * np.arange(_SIDES) / _SIDES)
-    rows = []
+    waves, starts = [], []
     for band in bands:
-        w = band.frequencies(_count(band, samples * step, density))[:, None]
-        wave = np.exp((band.ratio + 1j * np.sqrt(1 - band.ratio**2)) * w * back)
-        rows.append((turns[:, None, None] * wave).real.reshape(-1, len(back)))
-    limits = np.vstack(rows)
-    found = linprog(
-        -back[::-1], A_ub=limits, b_ub=np.full(len(limits), tolerance * cos(pi / _SIDES)),
-        A_eq=np.ones((1, len(back))), b_eq=np.ones(1), bounds=(0, None), method="highs",
-    )  # fmt: skip
-    return None if found.x is None or found.status != 0 else np.asarray(found.x, dtype=float)
+        w = band.frequencies(_count(band, samples * step))[:, None]
+        waves.append(np.exp((band.ratio + 1j * np.sqrt(1 - band.ratio**2)) * w * back))
+        starts.append(np.unique([*range(0, len(w), _FIRST), len(w) - 1]))
+    turns = np.exp(2j * pi * np.arange(_SIDES) / _SIDES)[:, None, None]
+    rows = [
+        (turns * wave[at]).real.reshape(-1, len(back))
+        for wave, at in zip(waves, starts, strict=True)
+    ]
+    for _ in range(_CUTS):
+        limits = np.vstack(rows)
+        found = linprog(
+            step * np.arange(samples + 1.0), A_ub=limits, b_ub=np.full(len(limits), tolerance),
+            A_eq=np.ones((1, len(back))), b_eq=np.ones(1), bounds=(0, None), method="highs",
+        )  # fmt: skip
+        if found.x is None or found.status != 0:
+            return None
+        left = [wave @ found.x for wave in waves]
+        if max(float(np.abs(one).max()) for one in left) <= tolerance * (1 + _ROOM):
+            return np.asarray(found.x, dtype=float)
+        rows += [_cut(wave, one, tolerance) for wave, one in zip(waves, left, strict=True)]
+    return None
+
+
+def _cut(waves: ComplexArray, left: ComplexArray, tolerance: float) -> Array:
+    """Return the tangents that residuals cross, at the highest of each run of frequencies."""
+    size = np.abs(left)
+    higher = np.concatenate([[True], size[1:] > size[:-1]])
+    higher &= np.concatenate([size[:-1] >= size[1:], [True]])
+    at = np.flatnonzero(higher & (size > tolerance))
+    return np.asarray((np.conj(left[at] / size[at])[:, None] * waves[at]).real)

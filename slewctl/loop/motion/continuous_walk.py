@@ -112,4 +112,5 @@ class _Closed:
                 z, friction[i] = walk.rub(z, h)
         kept[-1] = z
         commands[-1] = self._command(z, size - 2, 2)
-        return Track(t, kept[:, : self._n], commands[:, 0], commands[:, 1], friction, kept[:, m:])
+        asked, held = commands.T
+        return Track.of(walk.times, kept[:, : self._n], asked, held, friction)

@@ -52,7 +52,7 @@ def _lateness(seed: int | None, jitter: float, T: float, count: int) -> Array:
     if not most:
         return np.zeros(count)
     drawn = np.random.default_rng([seed or 0, 3]).integers(0, most + 1, count)
-    return T / _TICKS * drawn
+    return np.asarray(T / _TICKS * drawn)
 
 
 def _walked(walk: Walk, law: _Law) -> Track:
@@ -86,12 +86,10 @@ def _walked(walk: Walk, law: _Law) -> Track:
         if not h:
             continue
         z[n + AT_MOTOR] = disturbance[i]
-        kept[i, n + AT_MOTOR] = disturbance[i]
         z = linear(h) @ z if smooth else walk.steps.step(z, h, remainder)
         if rubs:
             z, friction[i] = walk.rub(z, h)
-            z[n + AT_MOTOR] = 0.0
-    return Track(t, kept[:, :n], commands, kept[:, n + COMMAND], friction, kept[:, n:])
+    return Track.of(times, kept[:, :n], commands, kept[:, n + COMMAND], friction)
 
 
 class _Order(NamedTuple):

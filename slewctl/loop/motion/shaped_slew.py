@@ -15,7 +15,7 @@ from slewctl.loop.closed import Loop
 from slewctl.loop.motion.continuous_motion import tracking_system
 from slewctl.loop.motion.slew_inputs import TIP, WATCHED, Slew, signals, told
 from slewctl.loop.sampled import SampledLoop
-from slewctl.plant import arm_signals, continuous_equivalent
+from slewctl.plant import arm_signals
 from slewctl.trajectory.sampled_shaper import sampled_shaper
 from slewctl.trajectory.shapers import Mode, Shaper, shaper
 
@@ -57,6 +57,13 @@ def shaped(slew: Slew, loop: Loop) -> Slew:
         return slew
     modes = ringing_modes(loop, slew.modes or 1)
     T = loop.sample_time if isinstance(loop, SampledLoop) else 0.0
+    fastest = min(modes, key=lambda mode: mode.half_period)
+    if fastest.half_period / 2 < T:
+        raise InputError(
+            f"{T:g} s is too slow a clock to shape a mode of {fastest.damped / (2 * np.pi):.4g} Hz",
+            where="slew.shaper",
+            remedy=f"sample every {0.999 * fastest.half_period / 2:.3g} s, or shape fewer modes",
+        )
     made: Shaper
     if slew.shaper == "sampled":
         if not T:
@@ -68,14 +75,6 @@ def shaped(slew: Slew, loop: Loop) -> Slew:
         made = sampled_shaper(modes, T, order=2)
     else:
         made = shaper(slew.shaper, modes)
-    for mode in modes:
-        if mode.half_period / 2 < T:
-            raise InputError(
-                f"{T:g} s is too slow a clock to shape a mode of "
-                f"{mode.damped / (2 * np.pi):.4g} Hz",
-                where="slew.shaper",
-                remedy=f"sample every {0.999 * mode.half_period / 2:.3g} s, or shape fewer modes",
-            )
     return replace(slew, shaper=made, modes=None)
 
 
@@ -126,9 +125,9 @@ def ringing_modes(loop: Loop, count: int) -> list[Mode]:
     shares = (row @ vectors) * np.linalg.solve(vectors, entering.astype(complex))
     shares = np.abs(shares / (poles - away))
     if isinstance(loop, SampledLoop):
-        kept = np.abs(poles) > np.finfo(float).eps
-        shares = shares[kept]
-        poles = continuous_equivalent(poles[kept], loop.sample_time)
+        same = np.abs(poles[:, None] - loop.closed.poles).argmin(axis=1)
+        poles = loop.equivalents[same]
+        shares, poles = shares[np.isfinite(poles)], poles[np.isfinite(poles)]
     ratios = -poles.real / np.abs(poles)
     floor = _SHARE * shares.max()
     found = np.flatnonzero((poles.imag > 0) & (ratios < _RINGING) & (shares > floor))

@@ -26,37 +26,6 @@ _MOST = 2_000_000
 _SAME = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class Track:
-    """What happened: row i holds from t[i] to t[i + 1].
-
-    Attributes
-    ----------
-    t : ndarray, shape (N,)
-    states : ndarray, shape (N, n)
-        Of the arm, lags and all, in modes and momenta.
-    command, applied : ndarray, shape (N,)
-        Of the controller, and of the drive.
-    friction : ndarray, shape (N,)
-        Torque of dry friction over the step, in N·m.
-    pushes : ndarray, shape (N, PUSHES)
-        See `pushed_arm`; without friction.
-    """
-
-    t: Array
-    states: Array
-    command: Array
-    applied: Array
-    friction: Array
-    pushes: Array
-
-    @property
-    def limited(self) -> BoolArray:
-        """Whether the command became another."""
-        size = np.maximum(np.abs(self.command), np.abs(self.applied))
-        return np.asarray(np.abs(self.command - self.applied) > _SAME * size)
-
-
 def longest_step(loop: Loop, slew: Slew) -> float:
     """Return how long a step may be in s."""
     omega = loop.model.omega
@@ -114,6 +83,44 @@ class Times:
         spans = np.diff(self.t)
         longest = spans.max()
         return np.where(spans > _SAME * longest, spans, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What happened: row i holds from t[i] to t[i + 1].
+
+    Attributes
+    ----------
+    t : ndarray, shape (N,)
+    states : ndarray, shape (N, n)
+        Of the arm, lags and all, in modes and momenta.
+    command, applied : ndarray, shape (N,)
+        Of the controller, and of the drive.
+    friction : ndarray, shape (N,)
+        Torque of dry friction over the step, in N·m.
+    """
+
+    t: Array
+    states: Array
+    command: Array
+    applied: Array
+    friction: Array
+
+    @classmethod
+    def of(
+        cls, times: Times, states: Array, command: Array, applied: Array, friction: Array
+    ) -> Track:
+        """Return what happened, of times at which several things do the last row alone."""
+        last = np.append(times.spans > 0, True)
+        rubbed = np.array(friction)
+        rubbed[-1] = friction[:-1][last[:-1]][-1]
+        return cls(times.t[last], states[last], command[last], applied[last], rubbed[last])
+
+    @property
+    def limited(self) -> BoolArray:
+        """Whether the command became another."""
+        size = np.maximum(np.abs(self.command), np.abs(self.applied))
+        return np.asarray(np.abs(self.command - self.applied) > _SAME * size)
 
 
 class Walk:
