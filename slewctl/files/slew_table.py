@@ -80,10 +80,14 @@ class SlewTable(Table):
     ] = Slew.profile
     shaper: Annotated[
         str | None,
-        told("text", "zv, mzv, zvd, ei, ei2, ei3 or sampled, for what the loop leaves ringing",
+        told("text", "zv, mzv, zvd, ei, ei2, ei3, sampled or robust, for what the loop rings with",
              "zvd"),
     ] = None  # fmt: skip
     modes: Annotated[Count | None, told("1", "how many modes are shaped; one by default", 2)] = None
+    frequency_error: Annotated[
+        Positive | None,
+        told("1", "of a robust shaper: how far off frequencies may be; 0.1 by default", 0.15),
+    ] = None
     saturate: Annotated[
         bool, told("true or false", "whether torque and voltage are held within the drive's limits",
                    True),

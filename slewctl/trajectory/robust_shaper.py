@@ -18,7 +18,7 @@ from scipy.optimize import linprog
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError, InputError, check_number, check_positive
-from slewctl.trajectory.shapers import TOLERANCE, Shaper
+from slewctl.trajectory.shapers import TOLERANCE, Mode, Shaper
 
 # Frequencies at which a band is looked at, for each turn of the phase across it and at least.
 _A_TURN, _LEAST = 300, 101
@@ -99,6 +99,23 @@ class Band:
     def frequencies(self, count: int) -> Array:
         """Return so many frequencies from end to end."""
         return np.linspace(self.low, self.high, count)
+
+
+def bands_of(modes: Sequence[Mode], error: float) -> list[Band]:
+    """Return the bands of modes whose frequencies may be off by so much, relative.
+
+    Parameters
+    ----------
+    modes : sequence of Mode
+    error : float
+
+    Examples
+    --------
+    >>> from slewctl.trajectory.shapers import Mode
+    >>> bands_of([Mode(10.0)], 0.5)[0].high
+    15.0
+    """
+    return [Band((1 - error) * m.frequency, (1 + error) * m.frequency, m.ratio) for m in modes]
 
 
 def robust_shaper(

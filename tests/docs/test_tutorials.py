@@ -13,7 +13,12 @@ DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.S)
 
 
-PAGES = [*sorted((DOCS / "tutorials").glob("*.md")), DOCS / "measurements.md", DOCS / "commands.md"]
+PAGES = [
+    *sorted((DOCS / "tutorials").glob("*.md")),
+    DOCS / "measurements.md",
+    DOCS / "commands.md",
+    DOCS / "simulation.md",
+]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)

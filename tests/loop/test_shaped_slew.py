@@ -69,6 +69,17 @@ def test_modes_are_the_loops_own() -> None:
         assert other.frequency == pytest.approx(mode.frequency, rel=0.02)
 
 
+def test_a_robust_shaper_is_made_for_the_error_that_is_asked() -> None:
+    loop = given_loop(T=0.02)
+    (mode,) = ringing_modes(loop, 1)
+    off = mode.frequency * np.linspace(0.7, 1.3, 301)
+    made = shaped(sc.Slew(30.0, 4.0, shaper="robust", frequency_error=0.3), loop).shaper
+    assert made.residual(off, mode.ratio).max() <= 0.05
+    less = shaped(sc.Slew(30.0, 4.0, shaper="robust"), loop).shaper
+    assert less.duration < made.duration
+    assert less.residual(off[100:201], mode.ratio).max() <= 0.05
+
+
 def test_the_shaper_belongs_to_the_time_of_the_slew() -> None:
     made = shaped(sc.Slew(30.0, 2.0, shaper="zvd"), given_loop())
     t = np.array([0.0, 1.0, 2.0, 2.5])
@@ -86,6 +97,8 @@ def test_the_shaper_belongs_to_the_time_of_the_slew() -> None:
         ({"shaper": "zzv"}, "zv"),
         ({"shaper": 3}, "slewctl.Shaper"),
         ({"modes": 2}, "modes of no shaper"),
+        ({"shaper": "zv", "frequency_error": 0.1}, 'shaper = "robust"'),
+        ({"shaper": "robust", "frequency_error": 1.5}, "0 < error < 1"),
         ({"shaper": "zv", "modes": 9}, "of the loop"),
         ({"shaper": "sampled"}, "no clock"),
         ({"profile": "s-curv"}, "s-curve"),

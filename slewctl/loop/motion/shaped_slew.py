@@ -13,12 +13,15 @@ import numpy as np
 from slewctl.errors import InputError, check_count
 from slewctl.loop.closed import Loop
 from slewctl.loop.motion.continuous_motion import tracking_system
-from slewctl.loop.motion.slew_inputs import TIP, WATCHED, Slew, signals, told
+from slewctl.loop.motion.slew_inputs import ROBUST, TIP, WATCHED, Slew, signals, told
 from slewctl.loop.sampled import SampledLoop
 from slewctl.plant import arm_signals
+from slewctl.trajectory.robust_shaper import bands_of, robust_shaper
 from slewctl.trajectory.sampled_shaper import sampled_shaper
 from slewctl.trajectory.shapers import Mode, Shaper, shaper
 
+# How far off frequencies may be for a robust shaper that nobody asked more of.
+_ERROR = 0.1
 # Damping ratio beyond which nothing rings that a shaper could help.
 _RINGING = 0.5
 # Least of a mode's share of the largest that is more than rounding.
@@ -73,9 +76,12 @@ def shaped(slew: Slew, loop: Loop) -> Slew:
                 remedy="give the controller a sample_time, or take another shaper",
             )
         made = sampled_shaper(modes, T, order=2)
+    elif slew.shaper == ROBUST:
+        error = _ERROR if slew.frequency_error is None else slew.frequency_error
+        made = robust_shaper(bands_of(modes, error), sample_time=T or None)
     else:
         made = shaper(slew.shaper, modes)
-    return replace(slew, shaper=made, modes=None)
+    return replace(slew, shaper=made, modes=None, frequency_error=None)
 
 
 def ringing_modes(loop: Loop, count: int) -> list[Mode]:

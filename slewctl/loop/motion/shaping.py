@@ -8,17 +8,16 @@ import numpy as np
 
 from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl._types import Array
-from slewctl.errors import InputError
 from slewctl.loop.closed import Loop
 from slewctl.loop.motion.conditions import Conditions
 from slewctl.loop.motion.feasible import least_duration, require_feasible, rigid_needs
 from slewctl.loop.motion.shaped_slew import ringing_modes
 from slewctl.loop.motion.simulation import simulate
-from slewctl.loop.motion.slew_inputs import Slew
+from slewctl.loop.motion.slew_inputs import ROBUST, Slew
 from slewctl.loop.sampled import SampledLoop
-from slewctl.trajectory.robust_shaper import Band, robust_shaper
+from slewctl.trajectory.robust_shaper import bands_of, robust_shaper
 from slewctl.trajectory.sampled_shaper import sampled_shaper
-from slewctl.trajectory.shapers import SHAPERS, Mode, Shaper, shaper
+from slewctl.trajectory.shapers import SHAPERS, Mode, Shaper, check_error, shaper
 from slewctl.trajectory.timed_profiles import PROFILES
 
 # Of the sensitivity curves: how far frequencies are off, and how many are drawn.
@@ -192,10 +191,7 @@ def compare_commands(
     >>> [command.name for command in shaping.commands][:4]
     ['none', 'zv', 'mzv', 'zvd']
     """
-    if not 0 < error < 1:
-        raise InputError(
-            f"{error:g} is no error of a frequency", where="error", remedy="give 0 < error < 1"
-        )
+    check_error(error, "error")
     plain = replace(slew, shaper=None, modes=None, conditions=Conditions())
     require_feasible(loop, plain)
     ringing = tuple(ringing_modes(loop, modes or slew.modes or 1))
@@ -204,11 +200,7 @@ def compare_commands(
     T = loop.sample_time if isinstance(loop, SampledLoop) else None
     if T is not None:
         made.append(("sampled", sampled_shaper(ringing, T, order=2)))
-    bands = [
-        Band((1 - error) * mode.frequency, (1 + error) * mode.frequency, mode.ratio)
-        for mode in ringing
-    ]
-    made.append(("robust", robust_shaper(bands, sample_time=T)))
+    made.append((ROBUST, robust_shaper(bands_of(ringing, error), sample_time=T)))
     commands = tuple(_command(loop, plain, name, one, ringing, error) for name, one in made)
     return Shaping(plain, ringing, commands, _profiles(loop, plain), error)
 

@@ -22,7 +22,7 @@ from slewctl.loop.motion.conditions import Conditions
 from slewctl.plant.signals import TORQUE, signal
 from slewctl.plant.statespace import APPLIED
 from slewctl.trajectory.profiles import MINIMUM_JERK, MinimumJerk, Profile
-from slewctl.trajectory.shapers import SHAPERS, Shaper
+from slewctl.trajectory.shapers import SHAPERS, Shaper, check_error
 from slewctl.trajectory.timed_profiles import PROFILES, timed_profile
 
 # Outputs of the loop that the signals are made of; the last is what the actuator applies.
@@ -30,8 +30,10 @@ WATCHED = ("theta", "theta_motor_dot", "tip", "tip_deflection", APPLIED)
 # Signals of a slew, and the voltage behind them where the arm has a motor.
 THETA, TIP, DEFLECTION, HUB_TORQUE, VOLTAGE = range(5)
 
-# Shapers that a slew can name; the last has its impulses on the controller's clock.
-SLEW_SHAPERS = (*SHAPERS, "sampled")
+ROBUST = "robust"
+# Shapers that a slew can name beside the classical ones: with its impulses on the controller's
+# clock, and for a band of frequencies.
+SLEW_SHAPERS = (*SHAPERS, "sampled", ROBUST)
 # The profile whose response is known at all times.
 _EXACT = "minimum-jerk"
 
@@ -58,10 +60,12 @@ class Slew:
         see `timed_profile`.
     shaper : str or Shaper, optional
         What the profile is convolved with.  A name, ``zv``, ``mzv``, ``zvd``, ``ei``, ``ei2``,
-        ``ei3`` or ``sampled``, is made into a shaper for the modes that the loop would leave
-        vibrating; a shaper is taken as it is.
+        ``ei3``, ``sampled`` or ``robust``, is made into a shaper for the modes that the loop
+        would leave vibrating; a shaper is taken as it is.
     modes : int, optional
         How many of them, where the shaper is a name; one by default.
+    frequency_error : float, optional
+        Of a robust shaper: how far off their frequencies may be, relative; 0.1 by default.
     conditions : Conditions
 
     Raises
@@ -83,6 +87,7 @@ class Slew:
     profile: str = "minimum-jerk"
     shaper: str | Shaper | None = None
     modes: int | None = None
+    frequency_error: float | None = None
     conditions: Conditions = field(default_factory=Conditions)
 
     def __post_init__(self) -> None:
@@ -130,6 +135,14 @@ class Slew:
                 raise InputError(
                     "modes of no shaper", where="slew.modes", remedy="give slew.shaper a name"
                 )
+        if self.frequency_error is not None:
+            if self.shaper != ROBUST:
+                raise InputError(
+                    "only a robust shaper is made for an error of the frequencies",
+                    where="slew.frequency_error",
+                    remedy=f'give shaper = "{ROBUST}", or leave it out',
+                )
+            check_error(self.frequency_error, "slew.frequency_error")
         if not isinstance(self.conditions, Conditions):
             raise InputError(
                 f"{shown(self.conditions)} are no conditions",
@@ -171,6 +184,7 @@ class Slew:
             "profile": None if self.profile == _EXACT else self.profile,
             "shaper": self.shaper,
             "modes": self.modes,
+            "frequency_error": self.frequency_error,
         }
         met = self.conditions
         changed = {
