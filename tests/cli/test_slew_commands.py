@@ -102,9 +102,7 @@ def test_simulate_prints_measures_and_writes_all_signals(
         ('profile = "scurve"\n', 21, "'s-curve'"),
         ('shaper = "zvdd"\n', 21, "'zvd'"),
         ("modes = 2\n", 21, "modes of no shaper"),
-        ('shaper = "ei3"
-modes = 3
-', 21, "sample every 0.00328 s"),
+        ('shaper = "ei3"\nmodes = 3\n', 21, "sample every 0.00328 s"),
         ("[slew.conditions]\njitter = 0.004\n", 22, "at most 0.0025 s"),
         ("[slew.conditions]\nfriction = 0.1\n", 22, "unknown key"),
         ("[slew.conditions]\nbacklash_deg = 1.0\n", 22, "no joint"),
