@@ -10,7 +10,7 @@ import click
 from click.core import ParameterSource
 
 from slewctl.cli import interrupted
-from slewctl.cli.options import OUT_FOLDER, PARQUET
+from slewctl.cli.options import OUT_FOLDER, OUT_MAYBE, PARQUET
 
 F = TypeVar("F", bound=Callable[..., object])
 _PATHS = click.argument(
@@ -237,6 +237,42 @@ def export_command(context: click.Context, design: Path, form: str, out: Path) -
     from slewctl.cli.exporting import export_design
 
     context.exit(export_design(design, form, out))
+
+
+@cli.command("simulate")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--variation", metavar="NAME", help="On this variation's arm, not the file's own.")
+@click.option("--step", type=float, metavar="S", help="The longest step in s.")
+@OUT_MAYBE
+def simulate_command(
+    design: Path, variation: str | None, step: float | None, out: Path | None
+) -> None:
+    """Simulate the slew of DESIGN (a TOML file) as it happens, on the truth.
+
+    Limits, friction, encoder, clock, noise and loads are those of its [slew]. DIR gets the
+    figures and all signals.
+    """
+    from slewctl.cli.simulating import simulate_design
+
+    simulate_design(design, variation, step, out)
+
+
+@cli.command("shape")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("-m", "--modes", type=click.IntRange(1, 9), metavar="N",
+              help="How many modes are shaped; those of the file, or one.")  # fmt: skip
+@click.option("--error", default=0.1, show_default=True, type=float, metavar="FRACTION",
+              help="How far off the frequencies may be, relative.")  # fmt: skip
+@OUT_MAYBE
+def shape_command(design: Path, modes: int | None, error: float, out: Path | None) -> None:
+    """Compare input shapers and profiles for the slew of DESIGN (a TOML file).
+
+    Durations, residuals with the frequencies as they are and off, what is left of the tip on
+    the truth, and the shortest slew that the drive can make.
+    """
+    from slewctl.cli.shaping import shape_design
+
+    shape_design(design, modes, error, out)
 
 
 @cli.command("worst")

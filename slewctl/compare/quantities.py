@@ -238,6 +238,7 @@ _NO_CROSSING = "the gain never crosses one: no {} makes it unstable"
 _PASSES = "white sensor noise passes straight to the actuator"
 _MOTOR = "the arm has no motor"
 _TIP = "the arm's modal data tell of no tip"
+_SIMULATED = "the slew has no conditions under which it is simulated"
 _ms = _of_margins(lambda m: _reciprocal(m.modulus))
 
 _LIST = (
@@ -344,6 +345,16 @@ _LIST = (
     Quantity(
         "voltage_peak", "V", "V peak", "smaller", "largest motor voltage in the slew", "slew",
         _slew(lambda s: s.peak_voltage), needs=_MOTOR,
+    ),
+    Quantity(
+        "slew_energy", "J", "W", "smaller",
+        "work of the actuator in a simulated slew, driving and braking alike", "slew",
+        _slew(lambda s: s.energy_j), needs=_SIMULATED,
+    ),
+    Quantity(
+        "saturation_time", "s", "t_sat", "smaller",
+        "time for which the command is limited in a simulated slew", "slew",
+        _slew(lambda s: s.saturation_s), needs=_SIMULATED, scale="time",
     ),
 )  # fmt: skip
 

@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from slewctl.report.export import check_parquet
     from slewctl.report.identification import write_identification
     from slewctl.report.paper import write_paper
+    from slewctl.report.shaping import write_shaping
+    from slewctl.report.simulation import write_simulation
     from slewctl.report.study import write_study
 
 __all__ = [
@@ -16,6 +18,8 @@ __all__ = [
     "write_comparison",
     "write_identification",
     "write_paper",
+    "write_shaping",
+    "write_simulation",
     "write_study",
 ]
 

@@ -20,7 +20,7 @@ BLOCK = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.S)
 FIRST_STEPS = DOCS / "tutorials" / "first-ten-minutes.md"
 PAGES = [
     *sorted(page for page in (DOCS / "tutorials").glob("*.md") if page != FIRST_STEPS),
-    *(DOCS / f"{name}.md" for name in ("measurements", "commands", "export")),
+    *(DOCS / f"{name}.md" for name in ("measurements", "commands", "simulation", "export")),
 ]
 
 
