@@ -17,8 +17,8 @@ import slewctl as sc
 from slewctl.files import read_arm, read_design
 from slewctl.measured import rig_problem
 from slewctl.measured.ellipsoid import ellipsoid_ends
-from slewctl.measured.fit_rig import _descend_record, _without_state
 from slewctl.measured.record_data import RecordData, smooth
+from slewctl.measured.record_descent import descend_record, without_state
 from slewctl.measured.response_data import ResponseData, rig_response
 from slewctl.measured.rig_model import Channel, Modes, modes_for
 from slewctl.measured.rig_parameters import Rig, parameters, with_dead_time
@@ -90,7 +90,7 @@ def test_the_gradient_is_that_of_what_is_left_with_the_state_eliminated() -> Non
         return 0.5 * float(vector @ vector)
 
     remainder = data.state_part(problem.rig_at(here))
-    slopes = problem.differences(partial(_without_state, data, remainder), here)
+    slopes = problem.differences(partial(without_state, data, remainder), here)
     gradient = slopes.T @ remainder.vector
     steps = 1e-5 * np.eye(len(here))
     expected = np.array([(cost(here + h) - cost(here - h)) / 2e-5 for h in steps])
@@ -135,9 +135,9 @@ def test_a_descent_ends_where_the_squares_are_least() -> None:
     data, problem, true = quiet_light_rig()
     data.expect(problem.rig_at(true))
     start = true + 1e-3 * np.array([0.3, 1.0, -1.0, 5.0, 0.0, 1.0])
-    found = _descend_record(problem, data, start, fine=True)
+    found = descend_record(problem, data, start, fine=True)
     remainder = data.state_part(problem.rig_at(found))
-    slopes = problem.differences(partial(_without_state, data, remainder), found)
+    slopes = problem.differences(partial(without_state, data, remainder), found)
     Q, R = np.linalg.qr(slopes)
     # What one more step would be, in deviations, and how far the truth is.
     assert np.linalg.norm(Q.T @ remainder.vector) < 0.1
