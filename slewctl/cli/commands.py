@@ -75,9 +75,12 @@ def arms_command(name: str | None) -> None:
 @_PATHS
 @OUT_FOLDER
 @PARQUET
+@click.option(
+    "--split", is_flag=True, help="Write one page per design, and one that leads to them."
+)
 @click.pass_context
 def compare_command(
-    context: click.Context, paths: tuple[Path, ...], out: Path, parquet: bool
+    context: click.Context, paths: tuple[Path, ...], out: Path, parquet: bool, split: bool
 ) -> None:
     """Compare the designs in PATH (TOML files or folders of them) on the truth.
 
@@ -85,7 +88,7 @@ def compare_command(
     """
     from slewctl.cli.comparing import compare_designs
 
-    context.exit(compare_designs(paths, out, parquet))
+    context.exit(compare_designs(paths, out, parquet, split))
 
 
 @cli.command("ladder")

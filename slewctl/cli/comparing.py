@@ -7,6 +7,8 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
+from slewctl.check import Finding
+from slewctl.check.words import limit_text, place_text, value_text
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, Told, number_table, progress, show
 from slewctl.compare import (
@@ -26,6 +28,7 @@ from slewctl.files import (
     name_designs,
     read_design,
 )
+from slewctl.gate import verdicts
 
 _HEADINGS = {
     "gain_margin_db": "gain (dB)",
@@ -35,7 +38,7 @@ _HEADINGS = {
 }
 
 
-def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
+def compare_designs(paths: Sequence[Path], out: Path, parquet: bool, split: bool) -> int:
     """Write the comparison report of designs; return the exit status."""
     from slewctl.report import write_comparison  # matplotlib is only needed here
 
@@ -51,7 +54,11 @@ def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
         if results:
             step("writing")
             page = write_comparison(
-                Comparison(results), out, as_parquet=parquet, sections=[drawn for _, drawn in found]
+                Comparison(results),
+                out,
+                as_parquet=parquet,
+                sections=[drawn for _, drawn in found],
+                split=split,
             )
     for result in results:
         stable = sum(e.stable for e in result.evaluations)
@@ -93,7 +100,25 @@ def _compared(
 
     with design.source.computing():
         (result,) = compare([design.case], step).cases
-    return result, section(place, result)
+        found = verdicts(design, result.chosen.judgement)
+    return result, section(place, result, map(_told, found))
+
+
+def _told(finding: Finding) -> dict[str, object]:
+    """Return a finding in words, as the page shows it."""
+    verdict = finding.verdict
+    return {
+        "arm": finding.arm,
+        "requirement": verdict.requirement,
+        "quantity": verdict.quantity.name,
+        "passed": verdict.passed,
+        "value": value_text(verdict),
+        "limit": limit_text(verdict),
+        "number": verdict.value,
+        "bound": verdict.limit,
+        "place": place_text(verdict),
+        "note": verdict.note,
+    }
 
 
 def print_ladder(design: Path, basis: str | None, n: int | None) -> None:

@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING
 from slewctl._lazy import attach
 
 if TYPE_CHECKING:
-    from slewctl.gate.run import check_designs, check_file, examine, skip_unchanged
+    from slewctl.gate.run import check_designs, check_file, examine, skip_unchanged, verdicts
 
 __all__ = [
     "check_designs",
     "check_file",
     "examine",
     "skip_unchanged",
+    "verdicts",
 ]
 
 __getattr__, __dir__ = attach(__name__, __file__)

@@ -13,7 +13,8 @@ from slewctl.paper import (
     IntegratorFinding,
     ShapeFigure,
 )
-from slewctl.report.drawing import ALARM, INK, figure, legend, plain_labels, style, svg
+from slewctl.report.drawing import INK, figure, legend, plain_labels, style, svg
+from slewctl.report.palette import ALARM
 
 _FUNCTION_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 _FUNCTION_STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1)))

@@ -13,8 +13,9 @@ from matplotlib.path import Path
 
 from slewctl._types import Array, BoolArray
 from slewctl.compare import GOOD, Duel, StudySlice
-from slewctl.report.drawing import ALARM, COLOURS, INK, figure, svg
+from slewctl.report.drawing import INK, figure, svg
 from slewctl.report.page import tidy
+from slewctl.report.palette import ALARM, COLOURS
 
 # Upper ends of the classes of loss, light to dark; what is lost is at most ...
 _CLASSES = (0.01, GOOD, 0.2, 1.0, np.inf)

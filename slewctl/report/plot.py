@@ -1,0 +1,244 @@
+"""Plots of a page: vector figures that stand without script and hold the data for it.
+
+A curve's path is its data: points in hundredths of a unit, on axes that the panel names, so
+that the page's script reads from it what it tells and draws it again, enlarged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from slewctl._types import Array, ComplexArray
+from slewctl.escape import visible
+from slewctl.report.scale import Axis
+
+# Units across every plot, which are pixels where it is shown as wide as that.
+WIDTH = 480.0
+# Of a panel that has a figure to itself.
+HEIGHT = 372.0
+# Parts of a unit that a path is written in.
+FINE = 100
+# What a line may be off when points are left out, in units.
+_SIMPLE = 0.08
+_LEFT, _RIGHT = 52.0, 10.0
+
+
+def quoted(text: str) -> str:
+    """Return text as it may stand in a page, or in quotes in a tag."""
+    shown = visible(text).replace("&", "&amp;").replace("<", "&lt;")
+    return shown.replace(">", "&gt;").replace('"', "&quot;")
+
+
+@dataclass
+class Panel:
+    """A pair of axes with what is drawn on them.
+
+    Attributes
+    ----------
+    x, y : Axis
+    top, height : float
+        In units.
+    link : str
+        Panels of a design with the same name move together along x.
+    role : str
+        What the curves are, for the script: "gain", "phase", "nichols", "nyquist" …
+    x_marked : bool
+        Whether the x axis has its numbers and label: the lowest panel's of those above each
+        other.
+    left, width : float
+    """
+
+    x: Axis
+    y: Axis
+    top: float
+    height: float
+    link: str = ""
+    role: str = ""
+    x_marked: bool = True
+    left: float = _LEFT
+    width: float = WIDTH - _LEFT - _RIGHT
+    _drawn: list[str] = field(default_factory=list)
+    _over: list[str] = field(default_factory=list)
+
+    def curve(self, x: Array, y: Array, look: str, *, simple: bool = False) -> None:
+        """Draw a line; a value that is not finite is a gap in it.
+
+        Parameters
+        ----------
+        x, y : ndarray
+        look : str
+            Classes.
+        simple : bool
+            Whether points that make no difference to the eye are left out.
+        """
+        points = self._points(x, y)
+        known = np.isfinite(points).all(axis=1)
+        ends = np.flatnonzero(np.diff(np.r_[False, known, False]))
+        runs = [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True)]
+        if simple:
+            runs = [run[fewer(run, FINE * _SIMPLE)] for run in runs]
+        self._path("".join(_line(run) for run in runs), f"c {look}")
+
+    def dots(self, x: Array, y: Array, look: str) -> None:
+        """Draw a dot at every point."""
+        self._glyphs(x, y, f"p {look}", "h0")
+
+    def crosses(self, x: Array, y: Array, look: str) -> None:
+        """Draw a cross at every point."""
+        self._glyphs(x, y, f"x {look}", "m-400-400l800 800m0-800l-800 800")
+
+    def across(self, value: float, look: str) -> None:
+        """Draw a level line."""
+        self.curve(np.array([self.x.low, self.x.high]), np.full(2, value), look)
+
+    def upright(self, x: float, low: float, high: float, look: str) -> None:
+        """Draw a line upwards."""
+        self.curve(np.full(2, x), np.array([low, high]), look)
+
+    def word(self, x: float, y: float, text: str, look: str = "", dy: float = 0.0) -> None:
+        """Write at a point."""
+        ((u, v),) = self._points(np.array([x]), np.array([y])) / FINE
+        v += dy
+        self._over.append(f'<text class="w {look}" x="{u:.1f}" y="{v:.1f}">{quoted(text)}</text>')
+
+    def svg(self) -> str:
+        """Return the panel's element."""
+        box = f"{self.left:g} {self.top:g} {self.width:g} {self.height:g}"
+        axes = "".join(
+            f' data-{name}="{axis.kind} {axis.low:.9g} {axis.high:.9g} {axis.bend:g} {axis.step:g}"'
+            f' data-{name}-label="{quoted(axis.label)}"'
+            for name, axis in (("x", self.x), ("y", self.y))
+        )
+        told = f' data-link="{self.link}" data-role="{self.role}"' if self.link or self.role else ""
+        marked = " data-x-marked" if self.x_marked else ""
+        return (
+            f'<g class="panel" data-box="{box}"{axes}{told}{marked}><g class="marks">'
+            f"{self._marks()}</g>{self._labels()}"
+            f'<svg x="{self.left:g}" y="{self.top:g}" width="{self.width:g}"'
+            f' height="{self.height:g}"><g transform="scale({1 / FINE:g})">'
+            f"{''.join(self._drawn)}</g>{''.join(self._over)}</svg></g>"
+        )
+
+    def _points(self, x: Array, y: Array) -> Array:
+        """Return points in parts of a unit from the panel's upper left corner."""
+        across, up = self.x.at(x) * self.width, (1 - self.y.at(y)) * self.height
+        return np.column_stack([across, up]) * FINE
+
+    def _glyphs(self, x: Array, y: Array, look: str, glyph: str) -> None:
+        points = self._points(np.asarray(x), np.asarray(y))
+        points = points[np.isfinite(points).all(axis=1)]
+        self._path("".join(f"{_line(p[None])}{glyph}" for p in points), look)
+
+    def _path(self, path: str, look: str) -> None:
+        if path:
+            self._drawn.append(f'<path class="{look}" d="{path}"/>')
+
+    def _marks(self) -> str:
+        """Return the grid with its numbers."""
+        right, bottom = self.left + self.width, self.top + self.height
+        lines, words = "", ""
+        for value, text in self.x.marks():
+            at = self.left + float(self.x.at(value)) * self.width
+            lines += f"M{at:.1f} {self.top:g}V{bottom:g}"
+            if self.x_marked:
+                words += f'<text class="m" x="{at:.1f}" y="{bottom + 13:g}">{text}</text>'
+        for value, text in self.y.marks():
+            at = bottom - float(self.y.at(value)) * self.height
+            lines += f"M{self.left:g} {at:.1f}H{right:g}"
+            words += f'<text class="e" x="{self.left - 5:g}" y="{at + 4:.1f}">{text}</text>'
+        return f'<path class="g" d="{lines}"/>{words}'
+
+    def _labels(self) -> str:
+        """Return the frame's two lines, and what the axes are."""
+        bottom = self.top + self.height
+        middle = self.top + self.height / 2
+        words = f'<path class="f" d="M{self.left:g} {self.top:g}V{bottom:g}h{self.width:g}"/>'
+        if self.left == _LEFT:
+            turned = f'transform="translate(11 {middle:g})rotate(-90)"'
+            words += f'<text class="m" {turned}>{quoted(self.y.label)}</text>'
+        if self.x_marked:
+            place = f'x="{self.left + self.width / 2:g}" y="{bottom + 28:g}"'
+            words += f'<text class="m" {place}>{quoted(self.x.label)}</text>'
+        return words
+
+
+def drawn(panels: Sequence[Panel], description: str) -> str:
+    """Return the ``<svg>`` of panels, as high as they need.
+
+    Parameters
+    ----------
+    panels : sequence of Panel
+    description : str
+        For readers who don't see the picture.
+    """
+    height = max(p.top + p.height + (34 if p.x_marked else 8) for p in panels)
+    inside = "".join(panel.svg() for panel in panels)
+    return (
+        f'<svg class="plot" role="img" aria-label="{quoted(description)}"'
+        f' viewBox="0 0 {WIDTH:g} {height:g}">{inside}</svg>'
+    )
+
+
+def stacked(
+    x: Axis, ys: Iterable[tuple[Axis, float, str]], link: str, top: float = 8.0
+) -> list[Panel]:
+    """Return panels above each other that share x, from axis, height and role of each."""
+    listed, panels = list(ys), []
+    for k, (y, height, role) in enumerate(listed):
+        panels.append(Panel(x, y, top, height, link, role, k == len(listed) - 1))
+        top += height + 12
+    return panels
+
+
+def fewer(points: Array, allowed: float) -> Array:
+    """Return which points of a line to keep so that it moves by no more than is allowed.
+
+    The way of Ramer, Douglas and Peucker: a piece whose points are all close to its chord is
+    that chord, another is cut at the point farthest from it.
+    """
+    keep = np.zeros(len(points), dtype=bool)
+    keep[[0, -1]] = True
+    pieces = [(0, len(points) - 1)]
+    while pieces:
+        a, b = pieces.pop()
+        if b - a < 2:
+            continue
+        between = points[a + 1 : b] - points[a]
+        chord = points[b] - points[a]
+        length = float(np.hypot(*chord))
+        if length > 0:
+            along = np.clip(between @ chord / length**2, 0.0, 1.0)
+            between = between - along[:, None] * chord
+        far = np.hypot(between[:, 0], between[:, 1])
+        worst = int(far.argmax())
+        if far[worst] > allowed:
+            middle = a + 1 + worst
+            keep[middle] = True
+            pieces += [(a, middle), (middle, b)]
+    return keep
+
+
+def refined(omega: Array, values: ComplexArray, parts: int = 4) -> tuple[Array, ComplexArray]:
+    """Return a loop's curve with more points: its log by a cubic through each pair of points."""
+    u = np.log(omega)
+    log = np.log(np.abs(values)) + 1j * np.unwrap(np.angle(values))
+    slopes = np.gradient(log, u)
+    steps = np.diff(u)[:, None] * np.arange(parts) / parts
+    fine = np.append((u[:-1, None] + steps).ravel(), u[-1])
+    log_fine = CubicHermiteSpline(u, log, slopes)(fine)
+    return np.exp(fine), np.exp(log_fine)
+
+
+def _line(points: Array) -> str:
+    """Return straight lines through points, each given by its distance from the last."""
+    whole = np.rint(np.clip(points, -1e7, 1e7)).astype(int)
+    steps = np.diff(whole, axis=0)
+    moved = steps[(steps != 0).any(axis=1)]
+    path = "M{} {}".format(*whole[0])
+    if len(moved):
+        path += "l" + " ".join(map(str, moved.ravel().tolist())).replace(" -", "-")
+    return path
