@@ -175,5 +175,7 @@ def _frequency(result: CaseResult) -> Axis:
 
 
 def _fine(curve: LoopCurves) -> tuple[Array, ComplexArray]:
-    values: ComplexArray = 10 ** (curve.gain_db / 20) * np.exp(1j * np.radians(curve.phase_deg))
+    values: ComplexArray = np.exp(
+        np.log(10) * curve.gain_db / 20 + 1j * np.radians(curve.phase_deg)
+    )
     return refined(2 * np.pi * curve.frequency_hz, values)

@@ -127,3 +127,12 @@ def luminance(colour: str) -> float:
     parts = [int(part) / 255 for part in found.groups()]
     linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def value(key: str, text: str) -> object:
+    """Return what a cell of a CSV file was."""
+    if key in ("reason", "sensors", "method", "basis", "outcome"):
+        return text
+    if text in ("", "True", "False"):
+        return text == "True" if text else None
+    return int(text) if key in ("n", "unstable_mode") else float(text)

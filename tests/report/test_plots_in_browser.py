@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import csv
+import gzip
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browsing import CUT_OFF, PHONE, TEXTS, Browser, contrast
+from browsing import CUT_OFF, PHONE, REPORTS, TEXTS, Browser, contrast, value
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from slewctl.compare import CaseResult, Comparison
-from slewctl.report import write_comparison
+from slewctl.compare import CaseResult, Comparison, StudyResult
+from slewctl.files import read_study
+from slewctl.report import write_comparison, write_study
 
 READOUT = "return document.querySelector('.readout:not([hidden])')?.innerText ?? ''"
 
@@ -53,9 +56,7 @@ def test_pointer_tells_the_computed_loop(shown: Browser, small_case: CaseResult,
     hertz = told(text, "frequency")
     for curve, line in zip(small_case.curves, text.splitlines()[1:], strict=True):
         assert line.startswith(str(curve.origin))
-        at = np.interp(
-            np.log(hertz), np.log(curve.frequency_hz), curve.gain_db
-        )
+        at = np.interp(np.log(hertz), np.log(curve.frequency_hz), curve.gain_db)
         turn = np.interp(np.log(hertz), np.log(curve.frequency_hz), curve.phase_deg)
         assert told(line, "|L|") == pytest.approx(at, abs=0.3)
         assert told(line, "arg L") == pytest.approx(turn, abs=3)
@@ -147,6 +148,44 @@ def test_small_page_is_quiet_fits_a_phone_and_stands_out(
     texts = browser.run(TEXTS)
     assert [t for t in texts if t["size"] < (8 if t["drawn"] else 11)] == []
     assert {t["text"] for t in texts if contrast(t["ink"], t["ground"]) < 7} == set()
+
+
+@pytest.fixture(scope="module")
+def study_page(tmp_path_factory: pytest.TempPathFactory) -> str:
+    with gzip.open(REPORTS / "study" / "rows.csv.gz", "rt") as file:
+        rows = [{k: value(k, v) for k, v in row.items()} for row in csv.DictReader(file)]
+    few = [r for r in rows if r["method"] == "lqg" and r["basis"] in ("clamped-free", "polynomial")]
+    study = read_study(REPORTS.parent / "designs" / "studies" / "basis.toml")
+    return str(write_study(StudyResult(study, few), tmp_path_factory.mktemp("study")))
+
+
+def test_cells_of_a_map_tell_their_case_and_open_it(browser: Browser, study_page: str) -> None:
+    browser.driver.get_log("browser")
+    browser.open(study_page)
+    (figure, *_) = browser.find("figure.map")
+    browser.run("arguments[0].focus()", figure)
+    figure.send_keys(Keys.ARROW_DOWN, Keys.ARROW_UP, Keys.ARROW_RIGHT)
+    by_key = browser.run(READOUT)
+    assert by_key.startswith("clamped-free, n = 2, hub inertia 0.01 of the beam's")
+    assert "192 % lost of the optimal cost" in by_key  # 192.4 % in index.md
+    # The pointer tells the same of the same cell.
+    frame = browser.find("figure.map .here")[0].rect
+    (picture,) = figure.find_elements(By.CSS_SELECTOR, "svg")
+    at = frame["x"] + frame["width"] / 2, frame["y"] + frame["height"] / 2
+    middle = (
+        picture.rect["x"] + picture.rect["width"] / 2,
+        picture.rect["y"] + picture.rect["height"] / 2,
+    )
+    offset = [int(a - b) for a, b in zip(at, middle, strict=True)]
+    ActionChains(browser.driver, 0).move_to_element_with_offset(picture, *offset).perform()
+    assert browser.run(READOUT) == by_key
+    figure.send_keys(Keys.ENTER)
+    (dialog,) = browser.find("dialog.case[open]")
+    assert by_key.splitlines()[0] in dialog.text
+    assert "settling" in dialog.text
+    dialog.find_element(By.TAG_NAME, "button").click()
+    assert not browser.find("dialog.case[open]")
+    assert browser.driver.get_log("browser") == []
 
 
 def test_without_script_everything_stands(browser: Browser, small_page: str) -> None:
