@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from slewctl.compare import (
 )
 from slewctl.compare.ladder import TOLD, redesigned
 from slewctl.compare.study.processes import Processes, usable_cores
-from slewctl.errors import InputError, SlewctlError
+from slewctl.errors import InputError, SlewctlError, check_choice
 from slewctl.files import (
     DesignFile,
     find_designs,
@@ -38,10 +39,35 @@ _HEADINGS = {
 }
 
 
-def compare_designs(paths: Sequence[Path], out: Path, parquet: bool, split: bool) -> int:
-    """Write the comparison report of designs; return the exit status."""
-    from slewctl.report import write_comparison  # matplotlib is only needed here
+@dataclass(frozen=True)
+class Outputs:
+    """Where to write the report and the figures, and how."""
 
+    out: Path
+    parquet: bool = False
+    split: bool = False
+    figures: Path | None = None
+    style: str | None = None
+
+    def check(self) -> None:
+        """Refuse what cannot be written, before anything is computed."""
+        from slewctl.report.printed import STYLES
+
+        if self.style is not None:
+            check_choice(self.style, STYLES, "--style")
+        if self.style is not None and self.figures is None:
+            raise InputError(
+                "is a style of figures, and none are asked for",
+                where="--style",
+                remedy="add --figures DIR",
+            )
+
+
+def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
+    """Write the comparison report of designs; return the exit status."""
+    from slewctl.report import write_comparison, write_figures  # matplotlib is only needed here
+
+    outputs.check()
     names = name_designs(find_designs(paths))
     if not names:
         raise InputError("only studies, no design", remedy="name a design file")
@@ -55,11 +81,13 @@ def compare_designs(paths: Sequence[Path], out: Path, parquet: bool, split: bool
             step("writing")
             page = write_comparison(
                 Comparison(results),
-                out,
-                as_parquet=parquet,
+                outputs.out,
+                as_parquet=outputs.parquet,
                 sections=[drawn for _, drawn in found],
-                split=split,
+                split=outputs.split,
             )
+            if outputs.figures is not None:
+                write_figures(Comparison(results), outputs.figures, outputs.style or "paper")
     for result in results:
         stable = sum(e.stable for e in result.evaluations)
         OUT.print(
@@ -67,6 +95,8 @@ def compare_designs(paths: Sequence[Path], out: Path, parquet: bool, split: bool
         )
     if results:
         OUT.print(f"report: {page}")
+        if outputs.figures is not None:
+            OUT.print(f"figures: {outputs.figures}")
     return told.status
 
 

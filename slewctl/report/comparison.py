@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from slewctl.compare import (
 )
 from slewctl.compare.quantities import WEIGHTED, Kind
 from slewctl.report.comparison_figures import figures, looks
-from slewctl.report.comparison_tables import TABLES, known, readings
+from slewctl.report.comparison_tables import TABLES, file_name, known, readings
 from slewctl.report.export import (
     csv_text,
     json_text,
@@ -100,7 +99,7 @@ def write_comparison(
 
 def _pages(sections: Sequence[Mapping[str, Any]], split: bool) -> dict[str, str]:
     """Return one page of all designs, or a page of each and one that leads to them."""
-    files = [_file_name(s) for s in sections]
+    files = [file_name(s["case"].name, k) + ".html" for k, s in enumerate(sections)]
     addresses = files if split else ["#" + s["anchor"] for s in sections]
     cases = [{**s, "address": at} for s, at in zip(sections, addresses, strict=True)]
     shared = {"cases": cases, **_asked(sections)}
@@ -110,14 +109,6 @@ def _pages(sections: Sequence[Mapping[str, Any]], split: bool) -> dict[str, str]
         for name, case in zip(files, cases, strict=True):
             pages[name] = render("comparison.html", told=[case], alone=case, **shared)
     return pages
-
-
-def _file_name(shown: Mapping[str, Any]) -> str:
-    """Return the name of a design's own page, as safe in a folder as in an address."""
-    plain = re.sub(r"[^A-Za-z0-9._-]+", "-", shown["case"].name)
-    # A name that had to change, or is the overview's, could be another's.
-    unlike = plain != shown["case"].name or plain in ("index", "")
-    return f"{plain}-{shown['anchor']}.html" if unlike else f"{plain}.html"
 
 
 def _asked(sections: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -238,7 +229,7 @@ def _drawn(result: CaseResult) -> dict[str, Any]:
     """Return a case's figures, and what the page's script and the legend need of them."""
     designs = looks(result)
     return {
-        "figures": list(figures(result)),
+        "figures": [(kind, plot.svg(), caption) for kind, plot, caption in figures(result)],
         "beside": [],
         "designs": designs,
         "names": json.dumps([look["label"] for look in designs], ensure_ascii=False),

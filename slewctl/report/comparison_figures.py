@@ -16,17 +16,17 @@ from slewctl.report.loop_figures import (
     sensitivity_figure,
 )
 from slewctl.report.palette import colour, dashes
-from slewctl.report.plot import HEIGHT, Panel, drawn, stacked
+from slewctl.report.plot import HEIGHT, Panel, Plot, stacked
 from slewctl.report.scale import Axis, around
 
 # Less than a hundredth of a percent lost is drawn as that.
 _LEAST_LOSS = 1e-4
 
-Draw = Callable[[CaseResult], str]
+Draw = Callable[[CaseResult], Plot]
 
 
 def looks(result: CaseResult) -> list[dict[str, Any]]:
-    """Return the designs that are drawn, in order, with colour and dashes."""
+    """Return the designs that are Plot, in order, with colour and dashes."""
     return [
         {
             "label": _label(curve),
@@ -38,14 +38,14 @@ def looks(result: CaseResult) -> list[dict[str, Any]]:
     ]
 
 
-def figures(result: CaseResult) -> Iterator[tuple[str, str, str]]:
-    """Yield each figure's kind, its vector text and its caption."""
+def figures(result: CaseResult) -> Iterator[tuple[str, Plot, str]]:
+    """Yield each figure's kind, the figure and its caption."""
     for kind, (draw, caption) in _FIGURES.items():
         if kind != "shapes" or result.shapes:
             yield kind, draw(result), caption
 
 
-def _poles(result: CaseResult) -> str:
+def _poles(result: CaseResult) -> Plot:
     """Return decay rate against frequency of the closed-loop poles on the truth."""
     designs = [_of(result, curve) for curve in result.curves]
     found = []
@@ -69,10 +69,10 @@ def _poles(result: CaseResult) -> str:
         known = f > 0
         panel.dots(f[known], rate[known], f"o{k}")
         panel.crosses(f[known & (rate <= 0)], rate[known & (rate <= 0)], "critical")
-    return drawn([panel], f"Closed-loop poles of {result.case.name} on the truth")
+    return Plot([panel], f"Closed-loop poles of {result.case.name} on the truth")
 
 
-def _ladder(result: CaseResult) -> str:
+def _ladder(result: CaseResult) -> Plot:
     """Return disk margin and loss of each basis over the number of modes let in."""
     weighted = result.case.objective.weighted
     modes = [rung.modes for ladder in result.ladders for rung in ladder.rungs]
@@ -95,7 +95,7 @@ def _ladder(result: CaseResult) -> str:
         lost = place[[not rung.stable for rung in ladder.rungs]]
         panels[0].crosses(lost, np.zeros(len(lost)), f"o{k}")
     what = "Disk margin and loss" if weighted else "Disk margin"
-    return drawn(panels, f"{what} of {result.case.name} over the modes let in")
+    return Plot(panels, f"{what} of {result.case.name} over the modes let in")
 
 
 def _loss(rung: Rung) -> float:
@@ -109,7 +109,7 @@ def _value(rung: Rung, name: str) -> float:
     return np.nan if value is None else value
 
 
-def _slew(result: CaseResult) -> str:
+def _slew(result: CaseResult) -> Plot:
     """Return tip, its error and what the drive gives, for the stable loops."""
     slews = [(k, c.slew) for k, c in enumerate(result.curves) if c.slew is not None]
     by_voltage = result.case.arm.motor is not None
@@ -118,7 +118,7 @@ def _slew(result: CaseResult) -> str:
         times, ends = Axis("time (s)", 0, 1), Axis("tip (m)", 0, 1)
         (panel,) = stacked(times, [(ends, HEIGHT, "")], "time")
         panel.word(0.5, 0.5, "every loop is unstable: no slew", "n")
-        return drawn([panel], f"No loop of {result.case.name} is stable: no slew")
+        return Plot([panel], f"No loop of {result.case.name} is stable: no slew")
     first = slews[0][1]
     limit = _drive_limit(result)
     given = [s.actuator if by_voltage else s.torque for _, s in slews]
@@ -147,7 +147,7 @@ def _slew(result: CaseResult) -> str:
     for (k, slew), off, push in zip(slews, errors, given, strict=True):
         for panel, values in ((tip, slew.tip), (error, off), (driven, push)):
             panel.curve(slew.t, values, f"o{k}")
-    return drawn(panels, f"Slew of {result.case.name} on the truth")
+    return Plot(panels, f"Slew of {result.case.name} on the truth")
 
 
 def _drive_limit(result: CaseResult) -> float | None:
@@ -158,7 +158,7 @@ def _drive_limit(result: CaseResult) -> float | None:
     return arm.drive.torque_limit
 
 
-def _shapes(result: CaseResult) -> str:
+def _shapes(result: CaseResult) -> Plot:
     """Return the mode shapes of the chosen order on each basis, over the truth's."""
     modes = len(result.shapes[0].shapes)
     columns = 1 if modes == 1 else 2
@@ -183,7 +183,7 @@ def _shapes(result: CaseResult) -> str:
         title = f"mode {k + 1}: {result.truth.frequencies_hz[k]:.4g} Hz"
         panel.word(float(x[0] + x[-1]) / 2, panel.y.high, title, "n", dy=-5)
         panels.append(panel)
-    return drawn(panels, f"Mode shapes of {result.case.name} by basis over the truth")
+    return Plot(panels, f"Mode shapes of {result.case.name} by basis over the truth")
 
 
 def _log_ends(values: Array) -> tuple[float, float]:

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from slewctl.compare import QUANTITIES, CaseResult, Comparison, Evaluation, Reading, read
 from slewctl.compare.quantities import Kind
 from slewctl.report.export import to_plain
+
+
+def file_name(name: str, place: int) -> str:
+    """Return a design's name as one of a file, as safe in a folder as in an address."""
+    plain = re.sub(r"[^A-Za-z0-9._-]+", "-", name)
+    # A name that had to change, or is the overview's, could be another's.
+    unlike = plain != name or plain in ("index", "designs", "")
+    return f"{plain}-{place + 1}" if unlike else plain
 
 
 def readings(e: Evaluation) -> dict[str, Reading]:

@@ -10,7 +10,7 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.compare import CaseResult, LoopCurves
 from slewctl.report.page import number
-from slewctl.report.plot import HEIGHT, WIDTH, Panel, drawn, refined, stacked
+from slewctl.report.plot import HEIGHT, WIDTH, Panel, Plot, refined, stacked
 from slewctl.report.scale import Axis, around
 
 # Lower gains are of no use to see, in dB.
@@ -19,7 +19,7 @@ _LOWEST_DB = -100.0
 _ROOM = 19.0
 
 
-def bode_figure(result: CaseResult) -> str:
+def bode_figure(result: CaseResult) -> Plot:
     """Return gain and phase of the return ratio, with the margins and the modes."""
     frequency = _frequency(result)
     gains = np.concatenate([c.gain_db for c in result.curves])
@@ -40,7 +40,7 @@ def bode_figure(result: CaseResult) -> str:
         phase.curve(curve.frequency_hz, curve.phase_deg, f"o{k}")
     _draw_margins(gain, phase, result)
     _name_modes(gain, result)
-    return drawn([gain, phase], f"Bode plot of the return ratio of {result.case.name}")
+    return Plot([gain, phase], f"Bode plot of the return ratio of {result.case.name}")
 
 
 def _draw_margins(gain: Panel, phase: Panel, result: CaseResult) -> None:
@@ -74,7 +74,7 @@ def _name_modes(panel: Panel, result: CaseResult) -> None:
             last = place
 
 
-def nichols_figure(result: CaseResult) -> str:
+def nichols_figure(result: CaseResult) -> Plot:
     """Return the return ratio as a Nichols plot, with the disk that it keeps out of."""
     axes = Axis("arg L (deg)", -360, 0, step=45), Axis("|L| (dB)", -20, 40, step=10)
     panel = Panel(*axes, 8, HEIGHT, role="nichols")
@@ -87,7 +87,7 @@ def nichols_figure(result: CaseResult) -> str:
             near = np.where((gain > -30) & (gain < 60), gain, np.nan)
             panel.curve(phase, near, f"o{k}", simple=True)
     panel.crosses(np.array([-180.0]), np.zeros(1), "critical")
-    return drawn([panel], f"Nichols plot of the return ratio of {result.case.name}")
+    return Plot([panel], f"Nichols plot of the return ratio of {result.case.name}")
 
 
 def _turns(values: ComplexArray, first_phase: float) -> Iterator[tuple[Array, Array]]:
@@ -102,7 +102,7 @@ def _turns(values: ComplexArray, first_phase: float) -> Iterator[tuple[Array, Ar
         yield phase[piece] - 360 * turns[a] - 360, gain[piece]
 
 
-def nyquist_figure(result: CaseResult) -> str:
+def nyquist_figure(result: CaseResult) -> Plot:
     """Return the return ratio near −1 in the complex plane, with the disk."""
     across = WIDTH - 62
     wide = 5.0
@@ -117,7 +117,7 @@ def nyquist_figure(result: CaseResult) -> str:
         near = np.where(np.abs(values) < 8, values, np.nan)
         panel.curve(near.real, near.imag, f"o{k}", simple=True)
     panel.crosses(np.array([-1.0]), np.zeros(1), "critical")
-    return drawn([panel], f"Nyquist plot of the return ratio of {result.case.name}")
+    return Plot([panel], f"Nyquist plot of the return ratio of {result.case.name}")
 
 
 def _disk(result: CaseResult) -> ComplexArray | None:
@@ -132,7 +132,7 @@ def _disk(result: CaseResult) -> ComplexArray | None:
     return np.asarray((far + near) / 2 + (near - far) / 2 * turn)
 
 
-def sensitivity_figure(result: CaseResult) -> str:
+def sensitivity_figure(result: CaseResult) -> Plot:
     """Return the gains of S and T."""
     curves = [(c.stable, *_fine(c)) for c in result.curves]
     found = []
@@ -160,7 +160,7 @@ def sensitivity_figure(result: CaseResult) -> str:
             decibels = -20 * float(np.log10(peak.value))
             s.dots(np.array([peak.frequency_hz]), np.array([decibels]), "peak")
             s.word(peak.frequency_hz, decibels, f"{number(decibels, 3)} dB", "a", dy=-6)
-    return drawn([s, t], f"Sensitivity of the loops of {result.case.name}")
+    return Plot([s, t], f"Sensitivity of the loops of {result.case.name}")
 
 
 def _sensitivities(values: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

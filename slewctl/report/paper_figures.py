@@ -142,7 +142,7 @@ def conditioning_figure(finding: ConditioningFinding) -> str:
         plain_labels(ax.yaxis)
         ax.axhline(1e-6, color=INK, lw=0.8)
         name = "Riccati" if form == "riccati" else form
-        ax.set_title(f"{name} form, {f'J_h = {ratio:g} J_beam' if ratio else 'no hub'}")
+        ax.set_title(f"{name} form, {f'$J_h$ = {ratio:g} $J_{{beam}}$' if ratio else 'no hub'}")
     for ax in axes[-len(ratios) :]:
         ax.set_xlabel("n")
     for ax in axes[:: len(ratios)]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -25,12 +26,40 @@ FINE = 100
 # What a line may be off when points are left out, in units.
 _SIMPLE = 0.08
 _LEFT, _RIGHT = 52.0, 10.0
+# Classes of the marks at points, and their paths from there.
+_GLYPHS = {"dots": ("p", "h0"), "crosses": ("x", "m-400-400l800 800m0-800l-800 800")}
 
 
 def quoted(text: str) -> str:
     """Return text as it may stand in a page, or in quotes in a tag."""
     shown = visible(text).replace("&", "&amp;").replace("<", "&lt;")
     return shown.replace(">", "&gt;").replace('"', "&quot;")
+
+
+@dataclass(frozen=True, eq=False)
+class Item:
+    """Something that is drawn on a pair of axes.
+
+    Attributes
+    ----------
+    kind : {"curve", "dots", "crosses", "word"}
+    x, y : ndarray
+        In the units of the axes.
+    look : str
+        ``o0``, ``o1`` … for the designs in order, or a name that the style gives a look to.
+    text : str
+    dy : float
+        How far below the point a word stands, in units.
+    simple : bool
+    """
+
+    kind: Literal["curve", "dots", "crosses", "word"]
+    x: Array
+    y: Array
+    look: str
+    text: str = ""
+    dy: float = 0.0
+    simple: bool = False
 
 
 @dataclass
@@ -61,8 +90,7 @@ class Panel:
     x_marked: bool = True
     left: float = _LEFT
     width: float = WIDTH - _LEFT - _RIGHT
-    _drawn: list[str] = field(default_factory=list)
-    _over: list[str] = field(default_factory=list)
+    items: list[Item] = field(default_factory=list)
 
     def curve(self, x: Array, y: Array, look: str, *, simple: bool = False) -> None:
         """Draw a line; a value that is not finite is a gap in it.
@@ -73,23 +101,17 @@ class Panel:
         look : str
             Classes.
         simple : bool
-            Whether points that make no difference to the eye are left out.
+            Whether points that make no difference to the eye are left out of the page.
         """
-        points = self._points(x, y)
-        known = np.isfinite(points).all(axis=1)
-        ends = np.flatnonzero(np.diff(np.r_[False, known, False]))
-        runs = [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True)]
-        if simple:
-            runs = [run[fewer(run, FINE * _SIMPLE)] for run in runs]
-        self._path("".join(_line(run) for run in runs), f"c {look}")
+        self.items.append(Item("curve", x, y, look, simple=simple))
 
     def dots(self, x: Array, y: Array, look: str) -> None:
         """Draw a dot at every point."""
-        self._glyphs(x, y, f"p {look}", "h0")
+        self.items.append(Item("dots", x, y, look))
 
     def crosses(self, x: Array, y: Array, look: str) -> None:
         """Draw a cross at every point."""
-        self._glyphs(x, y, f"x {look}", "m-400-400l800 800m0-800l-800 800")
+        self.items.append(Item("crosses", x, y, look))
 
     def across(self, value: float, look: str) -> None:
         """Draw a level line."""
@@ -100,10 +122,8 @@ class Panel:
         self.curve(np.full(2, x), np.array([low, high]), look)
 
     def word(self, x: float, y: float, text: str, look: str = "", dy: float = 0.0) -> None:
-        """Write at a point."""
-        ((u, v),) = self._points(np.array([x]), np.array([y])) / FINE
-        v += dy
-        self._over.append(f'<text class="w {look}" x="{u:.1f}" y="{v:.1f}">{quoted(text)}</text>')
+        """Write at a point, or so many units below it."""
+        self.items.append(Item("word", np.array([x]), np.array([y]), look, text, dy))
 
     def svg(self) -> str:
         """Return the panel's element."""
@@ -115,12 +135,14 @@ class Panel:
         )
         told = f' data-link="{self.link}" data-role="{self.role}"' if self.link or self.role else ""
         marked = " data-x-marked" if self.x_marked else ""
+        lines = "".join(self._path(item) for item in self.items if item.kind != "word")
+        words = "".join(self._word(item) for item in self.items if item.kind == "word")
         return (
             f'<g class="panel" data-box="{box}"{axes}{told}{marked}><g class="marks">'
             f"{self._marks()}</g>{self._labels()}"
             f'<svg x="{self.left:g}" y="{self.top:g}" width="{self.width:g}"'
             f' height="{self.height:g}"><g transform="scale({1 / FINE:g})">'
-            f"{''.join(self._drawn)}</g>{''.join(self._over)}</svg></g>"
+            f"{lines}</g>{words}</svg></g>"
         )
 
     def _points(self, x: Array, y: Array) -> Array:
@@ -128,14 +150,25 @@ class Panel:
         across, up = self.x.at(x) * self.width, (1 - self.y.at(y)) * self.height
         return np.column_stack([across, up]) * FINE
 
-    def _glyphs(self, x: Array, y: Array, look: str, glyph: str) -> None:
-        points = self._points(np.asarray(x), np.asarray(y))
-        points = points[np.isfinite(points).all(axis=1)]
-        self._path("".join(f"{_line(p[None])}{glyph}" for p in points), look)
+    def _path(self, item: Item) -> str:
+        """Return the path of a line, or of dots or crosses."""
+        points = self._points(item.x, item.y)
+        known = np.isfinite(points).all(axis=1)
+        if item.kind != "curve":
+            name, glyph = _GLYPHS[item.kind]
+            path = "".join(f"{_line(p[None])}{glyph}" for p in points[known])
+            return f'<path class="{name} {item.look}" d="{path}"/>' if path else ""
+        ends = np.flatnonzero(np.diff(np.r_[False, known, False]))
+        runs = [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True)]
+        if item.simple:
+            runs = [run[fewer(run, FINE * _SIMPLE)] for run in runs]
+        path = "".join(map(_line, runs))
+        return f'<path class="c {item.look}" d="{path}"/>' if path else ""
 
-    def _path(self, path: str, look: str) -> None:
-        if path:
-            self._drawn.append(f'<path class="{look}" d="{path}"/>')
+    def _word(self, item: Item) -> str:
+        ((u, v),) = self._points(item.x, item.y) / FINE
+        place = f'x="{u:.1f}" y="{v + item.dy:.1f}"'
+        return f'<text class="w {item.look}" {place}>{quoted(item.text)}</text>'
 
     def _marks(self) -> str:
         """Return the grid with its numbers."""
@@ -166,21 +199,21 @@ class Panel:
         return words
 
 
-def drawn(panels: Sequence[Panel], description: str) -> str:
-    """Return the ``<svg>`` of panels, as high as they need.
+@dataclass(frozen=True, eq=False)
+class Plot:
+    """Panels that make one figure, and what they show, for readers who don't see it."""
 
-    Parameters
-    ----------
-    panels : sequence of Panel
-    description : str
-        For readers who don't see the picture.
-    """
-    height = max(p.top + p.height + (34 if p.x_marked else 8) for p in panels)
-    inside = "".join(panel.svg() for panel in panels)
-    return (
-        f'<svg class="plot" role="img" aria-label="{quoted(description)}"'
-        f' viewBox="0 0 {WIDTH:g} {height:g}">{inside}</svg>'
-    )
+    panels: Sequence[Panel]
+    description: str
+
+    def svg(self) -> str:
+        """Return the ``<svg>`` of the panels, as high as they need."""
+        height = max(p.top + p.height + (34 if p.x_marked else 8) for p in self.panels)
+        inside = "".join(panel.svg() for panel in self.panels)
+        return (
+            f'<svg class="plot" role="img" aria-label="{quoted(self.description)}"'
+            f' viewBox="0 0 {WIDTH:g} {height:g}">{inside}</svg>'
+        )
 
 
 def stacked(

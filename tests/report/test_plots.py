@@ -16,7 +16,7 @@ from slewctl.compare import CaseResult, Comparison
 from slewctl.loop.curves import Curve
 from slewctl.report.comparison import section, write_comparison
 from slewctl.report.comparison_figures import figures
-from slewctl.report.plot import FINE, Panel, drawn, fewer, refined
+from slewctl.report.plot import FINE, Panel, Plot, fewer, refined
 from slewctl.report.scale import Axis, around
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -55,7 +55,7 @@ def unbent(axis: Axis, part: np.ndarray) -> np.ndarray:
 
 
 def test_curves_on_the_page_are_the_computed_ones(small_case: CaseResult) -> None:
-    bode = next(svg for kind, svg, _ in figures(small_case) if kind == "bode")
+    bode = next(plot.svg() for kind, plot, _ in figures(small_case) if kind == "bode")
     gains, phases = paths(bode, "gain"), paths(bode, "phase")
     for k, curve in enumerate(small_case.curves):
         u = np.log(curve.frequency_hz)
@@ -72,7 +72,7 @@ def test_curves_on_the_page_are_the_computed_ones(small_case: CaseResult) -> Non
 
 
 def test_slew_on_the_page_is_the_computed_one(small_case: CaseResult) -> None:
-    slew = next(svg for kind, svg, _ in figures(small_case) if kind == "slew")
+    slew = next(plot.svg() for kind, plot, _ in figures(small_case) if kind == "slew")
     tips = paths(slew, "tip")
     computed = {k: c.slew for k, c in enumerate(small_case.curves) if c.slew is not None}
     assert {f"c o{k}" for k in computed} == {look for look in tips if "o" in look}
@@ -82,7 +82,7 @@ def test_slew_on_the_page_is_the_computed_one(small_case: CaseResult) -> None:
 
 
 def test_disk_of_the_margin_touches_the_curve_and_is_not_entered(small_case: CaseResult) -> None:
-    nyquist = next(svg for kind, svg, _ in figures(small_case) if kind == "nyquist")
+    nyquist = next(plot.svg() for kind, plot, _ in figures(small_case) if kind == "nyquist")
     lines = paths(nyquist, "nyquist")
     disk = lines["c disk"]
     centre, radius = (disk[:, 0].min() + disk[:, 0].max()) / 2, np.ptp(disk[:, 0]) / 2
@@ -153,7 +153,7 @@ def test_equal_loops_have_their_phase_on_the_same_turn(turn: float, seed: int) -
 def test_axes_and_names_are_escaped() -> None:
     panel = Panel(Axis('a "<b>', 0, 1), Axis("&", 0, 1), 0, 100)
     panel.word(0.5, 0.5, "</text>")
-    ElementTree.fromstring(drawn([panel], '<"&>').replace(" data-x-marked", ""))
+    ElementTree.fromstring(Plot([panel], '<"&>').svg().replace(" data-x-marked", ""))
 
 
 def verdict(arm: str, quantity: str, passed: bool) -> dict[str, object]:
