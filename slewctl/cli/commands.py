@@ -88,17 +88,32 @@ def arms_command(name: str | None) -> None:
 @_PATHS
 @OUT_FOLDER
 @PARQUET
+@click.option("--split", is_flag=True,
+              help="Write one page per design, and one that leads to them.")  # fmt: skip
+@click.option("--figures", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
+              help="Write each figure as PDF and PNG too, its data as CSV, and tables for "
+              "LaTeX.")  # fmt: skip
+@click.option("--style", metavar="NAME",
+              help="Of the figures: paper (one column, 3.5 in; by default), wide (7.2 in) or "
+              "slides.")  # fmt: skip
 @click.pass_context
 def compare_command(
-    context: click.Context, paths: tuple[Path, ...], out: Path, parquet: bool
+    context: click.Context,
+    paths: tuple[Path, ...],
+    out: Path,
+    parquet: bool,
+    split: bool,
+    figures: Path | None,
+    style: str | None,
 ) -> None:
     """Compare the designs in PATH (TOML files or folders of them) on the truth.
 
     A design that cannot be judged is told, and left out of the report.
     """
-    from slewctl.cli.comparing import compare_designs
+    from slewctl.cli.comparing import Outputs, compare_designs
 
-    context.exit(compare_designs(paths, out, parquet))
+    outputs = Outputs(out, parquet=parquet, split=split, figures=figures, style=style)
+    context.exit(compare_designs(paths, outputs))
 
 
 @cli.command("ladder")
