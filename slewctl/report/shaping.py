@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from slewctl.loop import Shaping
-from slewctl.report.drawing import SPARE_COLOURS, figure, legend, style, svg
+from slewctl.report.drawing import figure, legend, style, svg
+from slewctl.report.palette import SPARE_COLOURS
 from slewctl.report.export import csv_text, json_text, write_files
 from slewctl.report.page import render, versions
 

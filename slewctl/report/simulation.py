@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from slewctl.loop import Simulation
-from slewctl.report.drawing import ALARM, figure, legend, style, svg
+from slewctl.report.drawing import figure, legend, style, svg
+from slewctl.report.palette import ALARM
 from slewctl.report.export import csv_text, json_text, write_files
 from slewctl.report.page import render, versions
 
