@@ -6,9 +6,9 @@ from pathlib import Path
 
 from slewctl.loop import Shaping
 from slewctl.report.drawing import figure, legend, style, svg
-from slewctl.report.palette import SPARE_COLOURS
 from slewctl.report.export import csv_text, json_text, write_files
 from slewctl.report.page import render, versions
+from slewctl.report.palette import SPARE_COLOURS
 
 
 def write_shaping(found: Shaping, folder: Path, title: str) -> Path:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from slewctl.loop import Simulation
 from slewctl.report.drawing import figure, legend, style, svg
-from slewctl.report.palette import ALARM
 from slewctl.report.export import csv_text, json_text, write_files
 from slewctl.report.page import render, versions
+from slewctl.report.palette import ALARM
 
 
 def write_simulation(found: Simulation, folder: Path, title: str) -> Path:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from loop_examples import OBJECTIVE, TWO_SENSORS, uniform_arm
 
 import slewctl as sc
-from slewctl.loop.motion.anti_windup import anti_windup
+from slewctl.design.anti_windup import anti_windup
 from slewctl.loop.motion.slew_inputs import told
 
 SLEW = sc.Slew(40.0, 2.0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.anti_windup import anti_windup
 from slewctl.loop.closed import Loop
-from slewctl.loop.motion.anti_windup import anti_windup
 from slewctl.loop.motion.continuous_motion import tracking_system
 from slewctl.loop.motion.pushed_arm import AT_MOTOR, COMMAND, ON_HUB, PUSHES, PushedArm
 from slewctl.loop.motion.slew_inputs import Slew, told

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.loop.motion.anti_windup import anti_windup
+from slewctl.design.anti_windup import anti_windup
 from slewctl.loop.motion.conditions import ANGLES
 from slewctl.loop.motion.pushed_arm import AT_MOTOR, COMMAND, ON_HUB, PushedArm
 from slewctl.loop.motion.sampled_motion import sampled_inputs

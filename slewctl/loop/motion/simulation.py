@@ -11,9 +11,9 @@ import numpy as np
 from slewctl._show import Axes, DataFrame, axes_or_new, to_frame
 from slewctl._threads import single_threaded
 from slewctl._types import Array
+from slewctl.design.anti_windup import anti_windup
 from slewctl.errors import AccuracyError, check_choice, check_positive
 from slewctl.loop.closed import Loop
-from slewctl.loop.motion.anti_windup import anti_windup
 from slewctl.loop.motion.conditions import Conditions
 from slewctl.loop.motion.continuous_walk import continuous_track
 from slewctl.loop.motion.pushed_arm import PushedArm
