@@ -262,7 +262,9 @@ def test_an_observer_in_sections_is_driven_by_the_command_that_was_cut_off() -> 
             for k in (0, 1, 3)
             for law, entry in ((K.linear, column), (made.linear, anti_windup(made)[0]))
         ]
-        seen = [float((law.C @ m)[0]) for law, m in zip([K.linear, made.linear] * 3, moved, strict=True)]
+        seen = [
+            float((law.C @ m)[0]) for law, m in zip([K.linear, made.linear] * 3, moved, strict=True)
+        ]
         np.testing.assert_allclose(seen[1::2], seen[::2], rtol=2e-3)
     small = design(3).reduced(6, problem().plant("clamped-free", n=3))
     assert small.entry is None
