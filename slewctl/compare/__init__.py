@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from slewctl.compare.evaluation import Evaluation, Judge, evaluate
     from slewctl.compare.judgement import Judgement, Yardstick
     from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
-    from slewctl.compare.quantities import QUANTITIES, Quantity, Reading
+    from slewctl.compare.quantities import QUANTITIES, Quantity, Reading, quantities_of
     from slewctl.compare.reading import describe, read
     from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
     from slewctl.compare.study.answer import (
@@ -108,6 +108,7 @@ __all__ = [
     "evaluate_point",
     "first_modes",
     "follow",
+    "quantities_of",
     "read",
     "recommend",
     "rows",

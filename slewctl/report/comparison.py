@@ -16,6 +16,7 @@ from slewctl.compare import (
     Evaluation,
     Quantity,
     Reading,
+    quantities_of,
     read,
     sampling_loss,
 )
@@ -158,7 +159,7 @@ def _before_sampling(e: Evaluation) -> dict[str, Any]:
 
 
 def _readings(e: Evaluation) -> dict[str, Reading]:
-    return {name: read(e.judgement, name) for name in QUANTITIES}
+    return {q.name: read(e.judgement, q.name) for q in quantities_of(e.judgement.slew)}
 
 
 def _known(reading: Reading) -> float | None:
@@ -212,9 +213,10 @@ def _groups(result: CaseResult) -> list[tuple[str, list[Quantity]]]:
     Without limits and noise there is no cost, and no level under noise.
     """
     motor = result.case.arm.motor is not None
+    quantities = quantities_of(result.case.slew)
     weighted = result.case.objective.weighted
     return [
-        (title, [q for q in QUANTITIES.values() if q.kind in kinds and (motor or q.unit != "V")])
+        (title, [q for q in quantities if q.kind in kinds and (motor or q.unit != "V")])
         for title, kinds in _TABLES_OF_KINDS.items()
         if weighted or not set(kinds) & set(WEIGHTED)
     ]
@@ -300,7 +302,9 @@ def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
             "optimal_cost": case.truth.optimal_cost,
             "margins_confirmed": e.judgement.margins.confirmed if e.stable else None,
         }
-        for name, reading in _readings(e).items():
+        readings = _readings(e)
+        for name in QUANTITIES:  # all of them: the table is one of many designs
+            reading = readings.get(name, Reading(math.nan))
             found[name] = e.stable if name == "stable" else _known(reading)
             if QUANTITIES[name].kind in _PLACED:
                 found[f"{name}_at_hz"] = reading.frequency_hz if e.stable else None
