@@ -27,6 +27,8 @@ def shape_design(design: Path, modes: int | None, error: float, out: Path | None
         found = compare_commands(loop, plain, modes=modes or slew.modes, error=error)
     OUT.print(found.caption)
     show(_table(found.rows()))
+    for name, why in found.left_out.items():
+        OUT.print(f"{name} left out: {why}")
     show(_table(profile_rows(found)))
     if out is not None:
         from slewctl.report import write_shaping  # matplotlib is only needed here

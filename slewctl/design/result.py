@@ -308,6 +308,8 @@ def finished(
     reference : Reference, optional
         How the reference angle enters; by default what the sensors would read on the rigid
         arm is subtracted, where the plant has a model.
+    entry : ndarray, shape (states, 1), optional
+        See `Controller`; by default B₂ where the states are estimates of the plant's.
 
     Returns
     -------

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl._types import Array
+from slewctl.errors import InputError
 from slewctl.loop.closed import Loop
 from slewctl.loop.motion.conditions import Conditions
 from slewctl.loop.motion.feasible import least_duration, require_feasible, rigid_needs
@@ -94,6 +97,8 @@ class Shaping(Tabular):
     profiles : tuple of ProfileNeed
     error : float
         Relative error of the frequencies behind `ShapedCommand.residual_off`.
+    left_out : mapping of str to str
+        Shapers that these modes have not got, and why.
     """
 
     slew: Slew
@@ -101,6 +106,7 @@ class Shaping(Tabular):
     commands: tuple[ShapedCommand, ...]
     profiles: tuple[ProfileNeed, ...]
     error: float
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def caption(self) -> str:
@@ -196,13 +202,21 @@ def compare_commands(
     require_feasible(loop, plain)
     ringing = tuple(ringing_modes(loop, modes or slew.modes or 1))
     made: list[tuple[str, Shaper | None]] = [("none", None)]
-    made += [(kind, shaper(kind, ringing)) for kind in SHAPERS]
     T = loop.sample_time if isinstance(loop, SampledLoop) else None
+    makers: dict[str, Callable[[], Shaper]] = {
+        kind: partial(shaper, kind, ringing) for kind in SHAPERS
+    }
     if T is not None:
-        made.append(("sampled", sampled_shaper(ringing, T, order=2)))
-    made.append((ROBUST, robust_shaper(bands_of(ringing, error), sample_time=T)))
+        makers["sampled"] = partial(sampled_shaper, ringing, T, order=2)
+    makers[ROBUST] = partial(robust_shaper, bands_of(ringing, error), sample_time=T)
+    left_out = {}
+    for name, make in makers.items():
+        try:
+            made.append((name, make()))
+        except InputError as refusal:  # such as a mode that is damped enough by itself
+            left_out[name] = refusal.what
     commands = tuple(_command(loop, plain, name, one, ringing, error) for name, one in made)
-    return Shaping(plain, ringing, commands, _profiles(loop, plain), error)
+    return Shaping(plain, ringing, commands, _profiles(loop, plain), error, left_out)
 
 
 def _command(
