@@ -11,6 +11,7 @@ from loop_examples import OBJECTIVE, loop_on, uniform_arm
 import slewctl as sc
 from slewctl.loop.motion.feasible import least_duration, require_feasible
 from slewctl.loop.motion.shaped_slew import ringing_modes, shaped
+from slewctl.trajectory.shapers import SHAPERS
 
 PID = {"kp": 20.0, "kd": 9.0, "filter_hz": 20.0}
 
@@ -181,3 +182,18 @@ def test_a_slew_is_written_and_read_again() -> None:
     assert slew_of_table(table) == slew
     with pytest.raises(sc.InputError, match="its name"):
         replace(slew, shaper=sc.shaper("zv", sc.Mode(9.0)), modes=None).table()
+
+
+def test_a_shaper_that_a_damped_mode_has_not_got_is_told_and_the_others_made() -> None:
+    arm = sc.Arm(
+        sc.Beam.rectangular(0.6, 0.03, 0.0015, 2.0e11, 7850.0), sc.Hub(0.01), sc.Payload(0.05),
+        damping_ratio=0.01,
+    )  # fmt: skip
+    noise = {"torque": 0.002, "theta": 2e-4, "theta_dot": 3e-3}
+    problem = sc.Problem(arm, {"tip": 0.03, "torque": 0.07}, noise, truth_modes=6)
+    loop = problem.judge(sc.lqg(problem.plant("arm-matched", n=2))).loop
+    found = sc.compare_commands(loop, sc.Slew(30.0, 1.5))
+    assert found.modes[0].ratio > 0.3
+    assert "leaves less than" in found.left_out["ei3"]
+    assert {*found.left_out, *(command.name for command in found.commands)} >= {*SHAPERS}
+    assert len(found.commands) > 4
