@@ -185,10 +185,10 @@ def test_a_slew_is_written_and_read_again() -> None:
 
 
 def test_a_shaper_that_a_damped_mode_has_not_got_is_told_and_the_others_made() -> None:
-    arm = sc.Arm(
-        sc.Beam.rectangular(0.6, 0.03, 0.0015, 2.0e11, 7850.0), sc.Hub(0.01), sc.Payload(0.05),
-        damping_ratio=0.01,
-    )  # fmt: skip
+    beam = sc.Beam.rectangular(
+        0.6, width=0.03, thickness=0.0015, youngs_modulus=2.0e11, density=7850.0
+    )
+    arm = sc.Arm(beam, sc.Hub(0.01), sc.Payload(0.05), damping_ratio=0.01)
     noise = {"torque": 0.002, "theta": 2e-4, "theta_dot": 3e-3}
     problem = sc.Problem(arm, {"tip": 0.03, "torque": 0.07}, noise, truth_modes=6)
     loop = problem.judge(sc.lqg(problem.plant("arm-matched", n=2))).loop
