@@ -159,7 +159,7 @@ def replay(simulation: Simulation, log: Log) -> Replay:
     >>> made = problem.simulate(K)
     >>> t = 0.02 * np.arange(500)
     >>> theta = np.interp(t - 1.0, made.t, made.signals["theta"])
-    >>> torque = np.interp(t - 1.0, made.t, made.signals["torque"])
+    >>> torque = np.interp(t - 1.0, made.t, made.signals["torque"], left=0.0)
     >>> found = sc.replay(made, sc.Log(0.02, torque, theta))
     >>> round(found.start_s, 3), found.output.fit > 99.9
     (1.0, True)

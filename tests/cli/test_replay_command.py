@@ -48,7 +48,7 @@ def written(folder: Path, *, name: str = "theta_deg") -> tuple[Path, Path]:
     judged = judging.evaluate(*judging.chosen).judgement
     made = sc.simulate(judged.loop, judged.slew)
     t = 0.005 * np.arange(380)
-    torque = np.interp(t - 0.4 + 0.0025, made.t, made.signals["torque"])
+    torque = np.interp(t - 0.4 + 0.0025, made.t, made.signals["torque"], left=0.0)
     theta = np.degrees(np.interp(t - 0.4, made.t, made.signals["theta"]))
     with log.open("w", newline="") as file:
         rows = csv.writer(file)

@@ -40,7 +40,7 @@ def logged(
     """The log of a simulated slew that begins somewhere in it, at an angle of its own."""
     t = T * np.arange(round((start + made.t[-1]) / T))
     # The command of a sample is held after it.
-    torque = np.interp(t + T / 2 - start, made.t, made.signals["torque"])
+    torque = np.interp(t + T / 2 - start, made.t, made.signals["torque"], left=0.0)
     theta = 0.2 + np.interp(t - start, made.t, made.signals["theta"])
     theta += noise * np.random.default_rng(1).standard_normal(len(t))
     told = 500 + 10 * np.interp(t - start, made.t, made.signals["theta_ref"])
@@ -95,6 +95,14 @@ def test_gain_and_dead_time_of_the_rig_are_held_against_the_margins() -> None:
     use = margin_use(loop, weak)
     assert np.mean(use.gain_db) == pytest.approx(20 * np.log10(0.5), abs=0.1)
     assert use.gain_margins_db[0] < use.gain_db[0]  # a PD loop stands that
+
+
+def test_a_slew_without_noise_tells_the_gain_and_no_deviation_of_nothing() -> None:
+    log = logged(predicted(), 0.4)
+    use = margin_use(problem().judge(law()).loop, log)
+    assert use.gain_db == pytest.approx((0.0, 0.0), abs=1e-6)
+    assert use.delay_s == pytest.approx((0.0, 0.0), abs=1e-8)
+    assert "hardly determined" not in str(sc.fit(ARM, log, ["gain", "delay"]))
 
 
 @pytest.mark.parametrize(
