@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,9 @@ from slewctl.compare import (
     spillover_ladder,
 )
 from slewctl.compare.ladder import TOLD, redesigned
+from slewctl.compare.on_measured import OnMeasured, on_measured
 from slewctl.compare.study.processes import Processes, usable_cores
+from slewctl.design import Controller
 from slewctl.errors import InputError, SlewctlError
 from slewctl.files import (
     DesignFile,
@@ -26,6 +29,8 @@ from slewctl.files import (
     name_designs,
     read_design,
 )
+from slewctl.measured.rig_parameters import Rig
+from slewctl.plant.dead_time import loop_dead_time
 
 _HEADINGS = {
     "gain_margin_db": "gain (dB)",
@@ -43,7 +48,7 @@ def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
     if not names:
         raise InputError("only studies, no design", remedy="name a design file")
     told = Told()
-    designs = [told.trying(read_design, path, name, slew=True) for path, name in names.items()]
+    designs = [told.trying(read_design, path, name) for path, name in names.items()]
     good = [design for design in designs if design is not None]
     with progress(count_designs([design.case for design in good])) as step:
         found = [pair for pair in _all_compared(good, told, step) if pair is not None]
@@ -93,7 +98,30 @@ def _compared(
 
     with design.source.computing():
         (result,) = compare([design.case], step).cases
+        result = replace(
+            result,
+            slewed="slew" in design.source.content,
+            measured=_on_measured(design, result.chosen.controller),
+        )
     return result, section(place, result)
+
+
+def _on_measured(design: DesignFile, controller: Controller) -> OnMeasured | None:
+    """Return what the controller meets on the measured response of a design, if it has one."""
+    plant = design.measured
+    if plant is None:
+        return None
+    rig = Rig(design.case.arm, delay=loop_dead_time(design.case.arm, [plant.response.sensor]))
+    try:
+        return on_measured(
+            plant.response,
+            controller,
+            rig,
+            unstable_poles=plant.unstable_poles,
+            poles_at_zero=plant.poles_at_zero,
+        )
+    except SlewctlError as error:
+        raise error.at("measured.file") from error
 
 
 def print_ladder(design: Path, basis: str | None, n: int | None) -> None:

@@ -7,13 +7,12 @@ from pathlib import Path
 
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, progress
+from slewctl.compare.on_measured import OnMeasured, on_measured
 from slewctl.design import Controller, given
 from slewctl.errors import InputError
 from slewctl.files import computing_arm, find_arm
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
-from slewctl.loop.measured_margin_results import MeasuredMargins
-from slewctl.loop.measured_margins import measured_margins
 from slewctl.measured.fit import fit
 from slewctl.measured.log import Log
 from slewctl.measured.read_log import read_log
@@ -21,6 +20,7 @@ from slewctl.measured.read_response import read_response
 from slewctl.measured.response import Response
 from slewctl.measured.rig_fit_result import RigFit
 from slewctl.measured.rig_model import Modes, equations, integrations
+from slewctl.measured.rig_parameters import Rig
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.statespace import Actuator
 
@@ -64,7 +64,7 @@ def identify(
         met = _met(found, law) if law else None
         step("drawing")
         page = write_identification(found, out, met)
-    for result in (measured, found, *(met or ())[:1]):
+    for result in (measured, found, *([met[0].margins] if met else [])):
         for line in str(result).splitlines():
             OUT.print(line)
     OUT.print(f"fitted arm: {out / 'fitted.toml'}")
@@ -80,18 +80,19 @@ def _pair(told: str) -> tuple[str, str]:
     return name, column
 
 
-def _met(found: RigFit, law: Controller) -> tuple[MeasuredMargins, Margins | str]:
-    """Return the margins of a controller on the measured response and on the fitted arm."""
+def _met(found: RigFit, law: Controller) -> tuple[OnMeasured, Margins | str]:
+    """Return what a controller meets on the measured response, and margins on the fitted arm."""
     response = found.response
     actuator: Actuator = "voltage" if response.actuator == "voltage" else "torque"
     plant = equations(found.arm, actuator, response.sensor, Modes(found.modes))
     at_zero = integrations(found.arm, actuator, response.sensor)
-    on_rig = measured_margins(response, law, poles_at_zero=at_zero)
+    rig = Rig(found.arm, found.gain, found.delay)
+    met = on_measured(response, law, rig, poles_at_zero=at_zero)
     plant = LinearSystem(
         plant.A, found.gain * plant.B, plant.C, found.gain * plant.D,
         inputs=[actuator], outputs=[response.sensor],
     )  # fmt: skip
     try:
-        return on_rig, margins(plant, law, delay=found.delay)
+        return met, margins(plant, law, delay=found.delay)
     except UnstableLoopError as error:
-        return on_rig, error.what
+        return met, error.what

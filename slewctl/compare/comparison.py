@@ -16,6 +16,7 @@ from slewctl.compare.case import Case, Origin
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.ladder import Ladder, climb, steps
+from slewctl.compare.on_measured import OnMeasured
 from slewctl.compare.quantities import QUANTITIES, RECORDED, WEIGHTED
 from slewctl.compare.reading import row
 from slewctl.design.methods import GIVEN
@@ -155,6 +156,10 @@ class CaseResult(Tabular):
         from modal data.
     ladders : tuple of Ladder
         The chosen order on each basis, as more and more modes of the truth are let in.
+    slewed : bool
+        Whether a slew was asked for: without one what the case's own gives is not told.
+    measured : OnMeasured or None
+        The chosen controller on a measured response.
     """
 
     case: Case
@@ -166,6 +171,8 @@ class CaseResult(Tabular):
     curves: tuple[LoopCurves, ...]
     shapes: tuple[ModeShapes, ...]
     ladders: tuple[Ladder, ...]
+    slewed: bool = True
+    measured: OnMeasured | None = None
 
     @property
     def from_modal_data(self) -> bool:

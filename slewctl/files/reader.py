@@ -82,7 +82,7 @@ class DesignFile:
         return f"{self.source.text}\0{self.beside}" if self.beside else self.source.text
 
 
-def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile:
+def read_design(path: Path, name: str = "") -> DesignFile:
     """Return the design that a TOML file describes.
 
     Parameters
@@ -90,8 +90,6 @@ def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile
     path : Path
     name : str, optional
         The design's short name; the file's stem by default.
-    slew : bool
-        Whether a slew is needed even if no requirement is on one.
 
     Returns
     -------
@@ -113,7 +111,7 @@ def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile
     source = read_source(path)
     refuse_study(source)
     with source.computing():
-        return _design(source, name or path.stem, slew)
+        return _design(source, name or path.stem)
 
 
 def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
@@ -144,7 +142,7 @@ def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
     return tuple(read_design(path, name) for path, name in names.items())
 
 
-def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
+def _design(source: Source, name: str) -> DesignFile:
     _check_schema(source.content)
     faults = Faults()
     tables = validate_each(with_encoder_noise(source.content, faults), DesignTable, faults)
@@ -171,7 +169,7 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
             read_measured, tables["measured"], source.path, varied, met, common, tried
         )
     sought = () if uncertainty is None else (QUANTITIES[uncertainty.quantity].requirement,)
-    needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
+    needs_slew = any(_asks_for_a_slew(limits) for limits in (*asked, sought))
     if needs_slew and "slew" not in source.content:
         faults.add([missing("slew")])
     faults.tell()

@@ -19,8 +19,17 @@ from slewctl.compare import (
     read,
     sampling_loss,
 )
+from slewctl.compare.on_measured import OnMeasured
 from slewctl.compare.quantities import WEIGHTED, Kind
 from slewctl.report.comparison_figures import (
+    BODE,
+    LADDER,
+    MEASURED_LOOP,
+    NICHOLS,
+    POLES,
+    RESPONSE,
+    SHAPES,
+    SLEW,
     bode_figure,
     ladder_figure,
     nichols_figure,
@@ -36,6 +45,7 @@ from slewctl.report.export import (
     to_plain,
     write_files,
 )
+from slewctl.report.measured_panel import loop_figure, margin_rows, response_figure
 from slewctl.report.page import render, versions
 
 
@@ -114,12 +124,30 @@ def _record(result: CaseResult) -> dict[str, Any]:
             }
             for followed in result.followed
         ],
-        "evaluations": [_evaluation(e) for e in result.evaluations],
+        "evaluations": [_evaluation(e, slewed=result.slewed) for e in result.evaluations],
         "refused": result.refused,
+        **_measured(result),
     }
 
 
-def _evaluation(e: Evaluation) -> dict[str, Any]:
+def _measured(result: CaseResult) -> dict[str, Any]:
+    """Return what the controller meets on the measured response, if there is one."""
+    met = result.measured
+    if met is None:
+        return {}
+    crossings = {"measured": met.crossings, "modelled": met.modelled_crossings}
+    found = {"stable": met.margins.stable, "margins": _margin_rows(result), "roots": met.roots}
+    return {"measured": {**found, "crossings": crossings}}
+
+
+def _margin_rows(result: CaseResult) -> list[dict[str, Any]]:
+    """Return the margins on the measured response beside those on the truth; none without one."""
+    met, chosen = result.measured, result.chosen
+    own = chosen.judgement.margins if chosen.stable else None
+    return margin_rows(met.margins, own) if met else []
+
+
+def _evaluation(e: Evaluation, *, slewed: bool) -> dict[str, Any]:
     return {
         **e.origin.cells,
         "frequencies_hz": e.frequencies / (2 * math.pi),
@@ -133,7 +161,7 @@ def _evaluation(e: Evaluation) -> dict[str, Any]:
         "quantities": {
             name: {"value": _known(reading)}
             | {key: said for key, said in reading._asdict().items() if said and key != "value"}
-            for name, reading in _readings(e).items()
+            for name, reading in _readings(e, slewed=slewed).items()
         },
     }
 
@@ -157,8 +185,10 @@ def _before_sampling(e: Evaluation) -> dict[str, Any]:
     return {"continuous": {name: _known(reading) for name, reading in loss.continuous.items()}}
 
 
-def _readings(e: Evaluation) -> dict[str, Reading]:
-    return {name: read(e.judgement, name) for name in QUANTITIES}
+def _readings(e: Evaluation, *, slewed: bool) -> dict[str, Reading]:
+    """Return every quantity; those of a slew only where one was asked for."""
+    asked = (name for name, q in QUANTITIES.items() if slewed or q.kind != "slew")
+    return {name: read(e.judgement, name) for name in asked}
 
 
 def _known(reading: Reading) -> float | None:
@@ -179,12 +209,15 @@ def section(place: int, result: CaseResult) -> dict[str, Any]:
         "proof": _proof(result.chosen),
         "sampling": sampling_loss(result.chosen.judgement),
         "ratios": np.atleast_1d(result.case.arm.damping_ratio).tolist(),
-        "rows": [(e, _readings(e)) for e in result.evaluations],
+        "rows": [(e, _readings(e, slewed=result.slewed)) for e in result.evaluations],
+        "measured": _margin_rows(result),
         "groups": _groups(result),
         "bases": [(basis, _row(result, basis)) for basis in _bases(result)],
         "orders": sorted({e.n for e in result.evaluations}),
         "unstable": [e for e in result.evaluations if not e.stable],
-        "saturating": [e for e in result.evaluations if e.stable and e.judgement.saturation],
+        "saturating": [
+            e for e in result.evaluations if e.stable and result.slewed and e.judgement.saturation
+        ],
         "inputs": _inputs(result),
         "figures": [
             *([(shapes_figure(result, f"s{place}"), SHAPES)] if result.shapes else []),
@@ -192,9 +225,19 @@ def section(place: int, result: CaseResult) -> dict[str, Any]:
             (poles_figure(result, f"p{place}"), POLES),
             (bode_figure(result, f"b{place}"), BODE),
             (nichols_figure(result, f"n{place}"), NICHOLS),
-            (slew_figure(result, f"t{place}"), SLEW),
+            *([(slew_figure(result, f"t{place}"), SLEW)] if result.slewed else []),
         ],
+        "measured_figures": _measured_figures(place, result.measured),
     }
+
+
+def _measured_figures(place: int, met: OnMeasured | None) -> list[tuple[str, str]]:
+    if met is None:
+        return []
+    return [
+        (response_figure(met.response, met.computed, "truth", f"r{place}"), RESPONSE),
+        (loop_figure(met, "truth", f"m{place}"), MEASURED_LOOP),
+    ]
 
 
 # The tables of all designs: a heading, and the kinds of quantities that stand in each.
@@ -216,7 +259,7 @@ def _groups(result: CaseResult) -> list[tuple[str, list[Quantity]]]:
     return [
         (title, [q for q in QUANTITIES.values() if q.kind in kinds and (motor or q.unit != "V")])
         for title, kinds in _TABLES_OF_KINDS.items()
-        if weighted or not set(kinds) & set(WEIGHTED)
+        if (weighted or not set(kinds) & set(WEIGHTED)) and (result.slewed or "slew" not in kinds)
     ]
 
 
@@ -235,35 +278,6 @@ def _unbounded(chosen: Evaluation) -> str:
     return loss.note if math.isinf(loss.value) else ""
 
 
-SHAPES = (
-    "Arc displacement of the design model's modes (lines) over those of the truth (grey). "
-    "Where a line leaves the grey band the design sees a mode that the arm does not have."
-)
-LADDER = (
-    "The spillover ladder: each controller meets the first N modes of the truth, for every N from "
-    "those that it was designed on (a given law: from one). A cross on the axis is an unstable "
-    "loop; where the lines are level, more modes change nothing."
-)
-POLES = (
-    "Closed-loop poles on the truth. Every pole must decay: the shaded ground and the stars "
-    "mark poles that grow. The row of poles on the right is the arm's own damping of modes "
-    "that the controller does not know."
-)
-BODE = (
-    "Return ratio L = −K(s)G(s) on the truth, drawn densely at every resonance. Each peak "
-    "above 0 dB must arrive with a safe phase."
-)
-NICHOLS = (
-    "The same return ratio as a Nichols plot. The red cross is the critical point; the loops "
-    "are the resonances, and how they pass the cross decides stability. What stays below −20 dB is "
-    "left out. Where designs agree, the last one hides the others."
-)
-SLEW = (
-    "The slew on the truth: tip position, its error against the rigid arm, and torque. "
-    "Drawn as if the drive had no limits; unstable loops are left out."
-)
-
-
 def _bases(result: CaseResult) -> list[str]:
     return list(dict.fromkeys(e.basis for e in result.evaluations))
 
@@ -274,7 +288,8 @@ def _row(result: CaseResult, basis: str) -> dict[int, Evaluation]:
 
 def _inputs(result: CaseResult) -> str:
     case = to_plain(result.case)
-    return json_text({key: item for key, item in case.items() if key not in ("name", "title")})
+    hidden = ("name", "title") if result.slewed else ("name", "title", "slew")
+    return json_text({key: item for key, item in case.items() if key not in hidden})
 
 
 def _each(comparison: Comparison) -> Iterator[tuple[CaseResult, Evaluation]]:
@@ -300,7 +315,7 @@ def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
             "optimal_cost": case.truth.optimal_cost,
             "margins_confirmed": e.judgement.margins.confirmed if e.stable else None,
         }
-        for name, reading in _readings(e).items():
+        for name, reading in _readings(e, slewed=case.slewed).items():
             found[name] = e.stable if name == "stable" else _known(reading)
             if QUANTITIES[name].kind in _PLACED:
                 found[f"{name}_at_hz"] = reading.frequency_hz if e.stable else None
@@ -343,7 +358,7 @@ def _ladder_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
 def _slew_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     names = ("t", "theta", "tip", "tip_deflection", "torque", "tip_reference")
     for case in comparison.cases:
-        for curves in case.curves:
+        for curves in case.curves if case.slewed else ():
             columns = [to_plain(getattr(curves.slew, name)) for name in names if curves.slew]
             row = {"case": case.case.name, **curves.origin.cells}
             for values in zip(*columns, strict=True):

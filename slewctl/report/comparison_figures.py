@@ -12,6 +12,43 @@ from slewctl.report.drawing import ALARM, INK, figure, legend, plain_labels, sty
 # Less than a hundredth of a percent lost is drawn as that.
 _LEAST_LOSS = 1e-4
 
+# What stands below each figure.
+SHAPES = (
+    "Arc displacement of the design model's modes (lines) over those of the truth (grey). "
+    "Where a line leaves the grey band the design sees a mode that the arm does not have."
+)
+LADDER = (
+    "The spillover ladder: each controller meets the first N modes of the truth, for every N from "
+    "those that it was designed on (a given law: from one). A cross on the axis is an unstable "
+    "loop; where the lines are level, more modes change nothing."
+)
+POLES = (
+    "Closed-loop poles on the truth. Every pole must decay: the shaded ground and the stars "
+    "mark poles that grow. The row of poles on the right is the arm's own damping of modes "
+    "that the controller does not know."
+)
+BODE = (
+    "Return ratio L = −K(s)G(s) on the truth, drawn densely at every resonance. Each peak "
+    "above 0 dB must arrive with a safe phase."
+)
+NICHOLS = (
+    "The same return ratio as a Nichols plot. The red cross is the critical point; the loops "
+    "are the resonances, and how they pass the cross decides stability. What stays below −20 dB is "
+    "left out. Where designs agree, the last one hides the others."
+)
+SLEW = (
+    "The slew on the truth: tip position, its error against the rigid arm, and torque. "
+    "Drawn as if the drive had no limits; unstable loops are left out."
+)
+RESPONSE = (
+    "The measured response with its 95 % band, that of the arm's model with its dead time and the "
+    "clock of the measurement, and the coherence."
+)
+MEASURED_LOOP = (
+    "The controller's return ratio on the measured response, with the disks in which it lies, and "
+    "on the model."
+)
+
 
 def shapes_figure(result: CaseResult, name: str) -> str:
     """Return the mode shapes of the chosen order on each basis, over the truth's."""
