@@ -19,7 +19,6 @@ from slewctl.compare import (
     spillover_ladder,
 )
 from slewctl.compare.ladder import TOLD, redesigned
-from slewctl.compare.on_measured import OnMeasured, on_measured
 from slewctl.compare.study.processes import Processes, usable_cores
 from slewctl.design import Controller
 from slewctl.errors import InputError, SlewctlError
@@ -29,6 +28,7 @@ from slewctl.files import (
     name_designs,
     read_design,
 )
+from slewctl.loop.on_measured import OnMeasured, on_measured
 from slewctl.measured.rig_parameters import Rig
 from slewctl.plant.dead_time import loop_dead_time
 

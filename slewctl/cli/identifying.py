@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
+from slewctl.arm import Arm
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, progress
-from slewctl.compare.on_measured import OnMeasured, on_measured
 from slewctl.design import Controller, given
 from slewctl.errors import InputError
 from slewctl.files import computing_arm, find_arm
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
+from slewctl.loop.on_measured import OnMeasured, on_measured
 from slewctl.measured.fit import fit
 from slewctl.measured.log import Log
 from slewctl.measured.read_log import read_log
@@ -24,6 +27,7 @@ from slewctl.measured.rig_parameters import Rig
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.statespace import Actuator
 
+_MAPPED = re.compile(r"columns=\{'(\w+)': '?([^'}]*)'?\}")
 _OPTIONS = {
     "fit.free": "--free",
     "columns": "--column",
@@ -49,7 +53,7 @@ def identify(
 
     start = find_arm(arm)
     names = [name.strip() for name in free.split(",") if name.strip()]
-    with options_named(_OPTIONS), progress(3) as step:
+    with options_named(_OPTIONS), _columns_as_options(), progress(3) as step:
         step("reading")
         told = dict(_pair(column) for column in columns)
         measured: Log | Response
@@ -59,8 +63,7 @@ def identify(
             measured = read_log(file, told, sample_time=sample_time, counts_per_turn=counts)
         law = given(file=controller) if controller else None
         step("fitting")
-        with computing_arm(arm):
-            found = fit(start, measured, names)
+        found = _fitted(start, arm, measured, names)
         met = _met(found, law) if law else None
         step("drawing")
         page = write_identification(found, out, met)
@@ -69,6 +72,31 @@ def identify(
             OUT.print(line)
     OUT.print(f"fitted arm: {out / 'fitted.toml'}")
     OUT.print(f"report: {page}")
+
+
+@contextmanager
+def _columns_as_options() -> Iterator[None]:
+    """Let a remedy that maps a column name the option that does."""
+    try:
+        yield
+    except InputError as error:
+        remedy = _MAPPED.sub(r"--column \1=\2", error.remedy)
+        if remedy == error.remedy:
+            raise
+        remedy = remedy.replace("sample_time", "--sample-time")
+        raise InputError(error.what, where=error.where, remedy=remedy) from error
+
+
+def _fitted(start: Arm, arm: str, measured: Log | Response, names: Sequence[str]) -> RigFit:
+    """Return the fit; what is wrong with the arm names its file, what is asked for does not."""
+    with computing_arm(arm):
+        try:
+            return fit(start, measured, names)
+        except InputError as error:
+            if not error.where.startswith("fit."):
+                raise
+            wrong = error
+    raise wrong
 
 
 def _pair(told: str) -> tuple[str, str]:

@@ -16,13 +16,13 @@ from slewctl.compare.case import Case, Origin
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.ladder import Ladder, climb, steps
-from slewctl.compare.on_measured import OnMeasured
 from slewctl.compare.quantities import QUANTITIES, RECORDED, WEIGHTED
 from slewctl.compare.reading import row
 from slewctl.design.methods import GIVEN
 from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
 from slewctl.loop.curves import curve, nichols_line
+from slewctl.loop.on_measured import OnMeasured
 from slewctl.model import Model, beam_inertia
 
 Progress = Callable[[str], None]

@@ -19,8 +19,8 @@ from slewctl.compare import (
     read,
     sampling_loss,
 )
-from slewctl.compare.on_measured import OnMeasured
 from slewctl.compare.quantities import WEIGHTED, Kind
+from slewctl.loop.on_measured import OnMeasured
 from slewctl.report.comparison_figures import (
     BODE,
     LADDER,

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from slewctl.compare.on_measured import OnMeasured
 from slewctl.errors import InputError
 from slewctl.loop import Margins
+from slewctl.loop.on_measured import OnMeasured
 from slewctl.measured.rig_fit_result import RigFit
 from slewctl.report.export import csv_text, json_text, write_files
 from slewctl.report.measured_panel import loop_figure, margin_rows, response_figure

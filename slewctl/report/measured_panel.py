@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.compare.on_measured import OnMeasured
 from slewctl.loop import Margins
 from slewctl.loop.measured_margin_results import MeasuredMargins
+from slewctl.loop.on_measured import OnMeasured
 from slewctl.measured.response import Response
 from slewctl.report.drawing import ALARM, INK, figure, legend, plain_labels, style, svg
 

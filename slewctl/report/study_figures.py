@@ -35,6 +35,7 @@ AXIS_NAMES = {
     "sensors": "sensors",
     "method": "method",
     "n": "functions n",
+    "variation": "change of the arm",
 }
 
 

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 import slewctl as sc
 from slewctl.cli.commands import cli
 from slewctl.compare import QUANTITIES
-from slewctl.compare.on_measured import gain_crossings, on_measured
+from slewctl.loop.on_measured import gain_crossings, on_measured
 from slewctl.measured.response_data import rig_response
 from slewctl.measured.rig_model import Channel, modes_for
 from slewctl.measured.rig_parameters import Rig
