@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from slewctl.compare import (
 )
 from slewctl.compare.ladder import TOLD, redesigned
 from slewctl.compare.study.processes import Processes, usable_cores
+from slewctl.design import Controller
 from slewctl.errors import InputError, SlewctlError, check_choice
 from slewctl.files import (
     DesignFile,
@@ -30,6 +31,9 @@ from slewctl.files import (
     read_design,
 )
 from slewctl.gate import verdicts
+from slewctl.loop.on_measured import OnMeasured, on_measured
+from slewctl.measured.rig_parameters import Rig
+from slewctl.plant.dead_time import loop_dead_time
 
 _HEADINGS = {
     "gain_margin_db": "gain (dB)",
@@ -72,7 +76,7 @@ def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
     if not names:
         raise InputError("only studies, no design", remedy="name a design file")
     told = Told()
-    designs = [told.trying(read_design, path, name, slew=True) for path, name in names.items()]
+    designs = [told.trying(read_design, path, name) for path, name in names.items()]
     good = [design for design in designs if design is not None]
     with progress(count_designs([design.case for design in good])) as step:
         found = [pair for pair in _all_compared(good, told, step) if pair is not None]
@@ -131,6 +135,11 @@ def _compared(
     with design.source.computing():
         (result,) = compare([design.case], step).cases
         found = verdicts(design, result.chosen.judgement)
+        result = replace(
+            result,
+            slewed="slew" in design.source.content,
+            measured=_on_measured(design, result.chosen.controller),
+        )
     return result, section(place, result, map(_told, found))
 
 
@@ -149,6 +158,24 @@ def _told(finding: Finding) -> dict[str, object]:
         "place": place_text(verdict),
         "note": verdict.note,
     }
+
+
+def _on_measured(design: DesignFile, controller: Controller) -> OnMeasured | None:
+    """Return what the controller meets on the measured response of a design, if it has one."""
+    plant = design.measured
+    if plant is None:
+        return None
+    rig = Rig(design.case.arm, delay=loop_dead_time(design.case.arm, [plant.response.sensor]))
+    try:
+        return on_measured(
+            plant.response,
+            controller,
+            rig,
+            unstable_poles=plant.unstable_poles,
+            poles_at_zero=plant.poles_at_zero,
+        )
+    except SlewctlError as error:
+        raise error.at("measured.file") from error
 
 
 def print_ladder(design: Path, basis: str | None, n: int | None) -> None:

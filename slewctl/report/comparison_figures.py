@@ -41,7 +41,7 @@ def looks(result: CaseResult) -> list[dict[str, Any]]:
 def figures(result: CaseResult) -> Iterator[tuple[str, Plot, str]]:
     """Yield each figure's kind, the figure and its caption."""
     for kind, (draw, caption) in _FIGURES.items():
-        if kind != "shapes" or result.shapes:
+        if (kind != "shapes" or result.shapes) and (kind != "slew" or result.slewed):
             yield kind, draw(result), caption
 
 

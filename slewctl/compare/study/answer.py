@@ -31,6 +31,8 @@ MEDIANS = (
 PAPERS = ("clamped-free", "slewing")
 HUB = "hub_ratio"
 OTHER_AXES = ("payload_ratio", "damping_ratio", "bandwidth", "sensors", "method", "n")
+# An axis that not every study has.
+VARIATION = "variation"
 
 Row = Mapping[str, Any]
 
@@ -181,7 +183,8 @@ def answer(rows: Sequence[Row]) -> Answer:
     judged = {row["basis"] for row in optimal}
     shares = tuple(share(optimal, basis) for basis in bases if basis in judged)
     papers = PAPERS if pairs_of(rows, *PAPERS) else None
-    elsewhere = [along(rows, *PAPERS, axis) for axis in OTHER_AXES]
+    axes = (*OTHER_AXES, VARIATION) if rows and VARIATION in rows[0] else OTHER_AXES
+    elsewhere = [along(rows, *PAPERS, axis) for axis in axes]
     return Answer(
         sentences=tuple(_sentences(rows, papers, shares)),
         duels=duels,
@@ -239,7 +242,7 @@ def pairs_of(rows: Iterable[Row], first: str, second: str) -> list[tuple[Row, Ro
 
 
 def _alike(row: Row) -> tuple[Any, ...]:
-    return tuple(row[axis] for axis in (HUB, *OTHER_AXES))
+    return (*(row[axis] for axis in (HUB, *OTHER_AXES)), row.get(VARIATION))
 
 
 def _compare(a: Row, b: Row) -> int:
