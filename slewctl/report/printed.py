@@ -241,7 +241,7 @@ _COLUMNS = (
 
 def _row(e: Evaluation) -> dict[str, Any]:
     """Return a row of a table: what a controller was made on, and its margins."""
-    found = readings(e)
+    found = readings(e, slewed=case.slewed)
     values = {name: known(found[name]) for name, _, _ in _COLUMNS}
     return {
         **e.origin.cells,
