@@ -209,7 +209,7 @@ _LOOKS: Mapping[str, dict[str, Any]] = {
 
 
 def _item(ax: Axes, item: Item, designs: Sequence[Mapping[str, Any]]) -> None:
-    own = item.look.removeprefix("o")
+    own = item.look.split()[0].removeprefix("o")
     look = _line(designs[int(own)]) if own.isdecimal() else _LOOKS.get(item.look, {})
     if item.look in ("disk", "unstable"):
         ax.fill(item.x, item.y, facecolor=ALARM, alpha=0.14, edgecolor="none")
@@ -241,7 +241,7 @@ def _data(
     """Yield a row for every point of every design's curves."""
     for panel in panels:
         for item in panel.items:
-            own = item.look.removeprefix("o")
+            own = item.look.split()[0].removeprefix("o")
             if item.kind == "word" or not own.isdecimal():
                 continue
             keys = {"design": designs[int(own)]["label"], "quantity": panel.y.label}

@@ -40,7 +40,7 @@ def paths(svg: str, role: str) -> dict[str, np.ndarray]:
             for run in path.get("d", "").split("M")[1:]
         ])  # fmt: skip
         across, up = points.T / FINE / np.array([[width], [height]])
-        found[look] = np.column_stack([unbent(x, across), unbent(y, 1 - up)])
+        found[look.removesuffix(" own")] = np.column_stack([unbent(x, across), unbent(y, 1 - up)])
     return found
 
 

@@ -19,25 +19,30 @@ from slewctl.report import write_figures
 from slewctl.report.comparison_figures import figures
 from slewctl.report.printed import STYLES, _table, _tex, design_files
 
+KINDS = ("bode", "poles", "shapes")
+
 
 @pytest.fixture(scope="module")
 def written(
     small_case: CaseResult, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, dict[str, str | bytes]]:
-    files = design_files(0, small_case, "paper")
+    # All kinds of axes, marks and words are in three of the figures; all would take long.
+    some = [each for each in figures(small_case) if each[0] in KINDS]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("slewctl.report.printed.figures", lambda _: some)
+        files = design_files(0, small_case, "paper")
     folder = write_figures(
         Comparison((small_case,)), tmp_path_factory.mktemp("figures"), drawn=[files]
     )
     return folder, files
 
 
-def test_every_figure_of_the_page_is_written_at_the_papers_width(
-    written: tuple[Path, dict[str, str | bytes]], small_case: CaseResult
+def test_figures_are_written_at_the_papers_width(
+    written: tuple[Path, dict[str, str | bytes]],
 ) -> None:
     folder, files = written
-    kinds = [kind for kind, _, _ in figures(small_case)]
-    assert len(files) == 3 * len(kinds) + 2
-    for kind in kinds:
+    assert len(files) == 3 * len(KINDS) + 2
+    for kind in KINDS:
         pdf, picture = (next(folder.glob(f"*-{kind}.{end}")) for end in ("pdf", "png"))
         assert pdf.read_bytes().startswith(b"%PDF")
         box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ", pdf.read_bytes())
