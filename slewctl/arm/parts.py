@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
@@ -210,6 +211,30 @@ class Arm:
             for peak, limit, whose in limits
             if peak is not None and limit is not None and peak > limit
         )
+
+    def command_limit(self, actuator: str) -> float:
+        """Return the largest command that motor or actuator can do; infinite if none is known.
+
+        Parameters
+        ----------
+        actuator : {"torque", "voltage"}
+
+        Returns
+        -------
+        float
+            In N·m or V.
+
+        Examples
+        --------
+        >>> from slewctl.arm import Actuator, Arm, Beam
+        >>> Arm(Beam(1.0, 2.0, 40.0), actuator=Actuator(torque_limit=2.0)).command_limit("torque")
+        2.0
+        """
+        motor = self.motor
+        limits = [motor.voltage_limit if motor else None]
+        if actuator == "torque":
+            limits = [self.drive.torque_limit, motor.torque_limit if motor else None]
+        return min((limit for limit in limits if limit is not None), default=math.inf)
 
     def damping_ratios(self, modes: int) -> Array:
         """Return the damping ratio ζ of each of the first flexible modes, shape (modes,)."""

@@ -21,8 +21,9 @@ from slewctl.check import (
     to_record,
 )
 from slewctl.check.result import BAD_INPUT
-from slewctl.cli.terminal import ERR, OUT, progress, show
+from slewctl.cli.terminal import ERR, OUT, next_step, progress, show
 from slewctl.cli.verdicts import summary, verdict_table
+from slewctl.embedded.compiled import find_compiler
 from slewctl.errors import InputError, SlewctlError, check_nonnegative
 from slewctl.files import find_designs
 from slewctl.gate import check_designs
@@ -73,8 +74,11 @@ def check(
     github: bool,
     update_baseline: bool,
     changed_only: bool,
+    compiled: bool = False,
 ) -> int:
     """Judge designs, print and write the verdicts; return the exit status."""
+    if compiled:
+        find_compiler()  # said once, and not of every design
     check_nonnegative(tolerance, "--tolerance")
     designs = find_designs(paths)
     outputs.check(designs)
@@ -86,6 +90,7 @@ def check(
             None if update_baseline else before,
             changed_only=changed_only,
             working=step.within,
+            compiled=compiled,
         )
     if before is not None and not update_baseline:
         gone = missing(before, results)
@@ -109,6 +114,9 @@ def _print(results: Sequence[DesignResult], *, every: bool, quiet: bool, github:
                 OUT.print(f"{result.name}: {note}", soft_wrap=True)
     if not quiet or exit_status(results):
         OUT.print(summary(results, every=every))
+    failed = next((result for result in results if result.status == "failed"), None)
+    if failed is not None:
+        next_step(f"slewctl explain {failed.file}", "what limits it, and what to change first")
     for result in results:
         if result.error:
             ERR.tell(result.error)

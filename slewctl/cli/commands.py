@@ -10,6 +10,7 @@ import click
 from click.core import ParameterSource
 
 from slewctl.cli import interrupted
+from slewctl.cli.design_commands import DESIGN_COMMANDS
 from slewctl.cli.options import OUT_FOLDER, PARQUET
 
 F = TypeVar("F", bound=Callable[..., object])
@@ -43,6 +44,18 @@ def _file(name: str, text: str) -> Callable[[F], F]:
     """Return an option that names a file."""
     return click.option(name, type=click.Path(path_type=Path, dir_okay=False),
                         metavar="FILE", help=text)  # fmt: skip
+
+
+@cli.command("init")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--from", "origin", default="beam", show_default=True, metavar="NAME",
+              help="What to begin with: beam, modal-data, pid, measured, or an arm of the "
+              "catalogue.")  # fmt: skip
+def init_command(file: Path, origin: str) -> None:
+    """Write a commented design FILE to begin with, which passes `slewctl check`."""
+    from slewctl.cli.beginning import write_starter
+
+    write_starter(file, origin)
 
 
 @cli.command("modes")
@@ -135,6 +148,9 @@ def ladder_command(design: Path, basis: str | None, n: int | None) -> None:
 @click.option("--changed-only", is_flag=True,
               help="Skip designs that the --baseline file accepted and that did not change: same "
               "text, same slewctl, same numerical packages.")  # fmt: skip
+@click.option("--compiled", is_flag=True,
+              help="Judge the code that runs: what `slewctl export` writes, compiled by the "
+              "system's compiler and read back.")  # fmt: skip
 @click.pass_context
 def check_command(
     context: click.Context,
@@ -148,6 +164,7 @@ def check_command(
     tolerance: float,
     update_baseline: bool,
     changed_only: bool,
+    compiled: bool,
 ) -> None:
     """Check the requirements of the designs in PATH (TOML files or folders of them).
 
@@ -169,7 +186,7 @@ def check_command(
     context.exit(
         check(
             paths, outputs, tolerance=tolerance, every=every, quiet=quiet, github=github,
-            update_baseline=update_baseline, changed_only=changed_only,
+            update_baseline=update_baseline, changed_only=changed_only, compiled=compiled,
         )
     )  # fmt: skip
 
@@ -186,60 +203,10 @@ def _refuse_idle(context: click.Context) -> None:
             raise click.UsageError(f"{option} needs --baseline FILE.", context)
         if given(name) and given("update_baseline") and name != "update_baseline":
             raise click.UsageError(f"{option} means nothing with --update-baseline.", context)
+    if given("compiled") and given("changed_only"):
+        raise click.UsageError("--changed-only means nothing with --compiled.", context)
     if given("every") and given("quiet"):
         raise click.UsageError("--all means nothing with --quiet.", context)
-
-
-@cli.command("design")
-@click.argument("design", type=click.Path(path_type=Path))
-@click.option("--out", required=True, type=click.Path(path_type=Path, dir_okay=False),
-              metavar="FILE", help="Where to write it: .json, .mat or .npz.")  # fmt: skip
-@click.pass_context
-def design_command(context: click.Context, design: Path, out: Path) -> None:
-    """Write the controller of DESIGN (a TOML file) to a file, as data.
-
-    It is written whether its own checks pass or not; the exit status is 1 where they do not.
-    """
-    from slewctl.cli.designing import write_design
-
-    context.exit(write_design(design, out))
-
-
-@cli.command("worst")
-@click.argument("design", type=click.Path(path_type=Path))
-@click.option("--box", multiple=True, metavar="NAME=LOW:HIGH",
-              help="A property and its range, instead of the file's; repeatable.")  # fmt: skip
-@click.option("--quantity", help="What is to be good; disk_margin by default.")
-@click.option("--samples", type=click.IntRange(0), metavar="N",
-              help="Arms inside of the box, beside its corners; 32 by default.")  # fmt: skip
-@click.option("--searches", type=click.IntRange(0), metavar="N",
-              help="Searches from the worst arms so far; 2 by default.")  # fmt: skip
-@click.option("--evaluations", type=click.IntRange(1), metavar="N",
-              help="Most arms of each search; 60 by default.")  # fmt: skip
-@click.option("--seed", type=click.IntRange(0), metavar="N", help="Of the samples; 0 by default.")
-@click.option("--json", "as_json", is_flag=True, help="Print all arms as JSON.")
-@click.pass_context
-def worst_command(
-    context: click.Context,
-    design: Path,
-    box: tuple[str, ...],
-    quantity: str | None,
-    samples: int | None,
-    searches: int | None,
-    evaluations: int | None,
-    seed: int | None,
-    as_json: bool,
-) -> None:
-    """Look for the worst arm in a box of properties around that of DESIGN (a TOML file).
-
-    The controller is made once, for the file's own arm. What is found is an arm that can be
-    judged again, and no proof that there is none worse. The exit status is 1 where the loop is
-    unstable on it.
-    """
-    from slewctl.cli.worst import Asked, print_worst
-
-    asked = Asked(box, quantity, samples, searches, evaluations, seed)
-    context.exit(print_worst(design, asked, as_json))
 
 
 @cli.command("identify")
@@ -341,3 +308,7 @@ def paper_command(out: Path) -> None:
     from slewctl.cli.paper import reproduce_paper
 
     reproduce_paper(out)
+
+
+for command in DESIGN_COMMANDS:
+    cli.add_command(command)

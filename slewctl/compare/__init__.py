@@ -23,7 +23,13 @@ if TYPE_CHECKING:
     from slewctl.compare.evaluation import Evaluation, Judge, evaluate
     from slewctl.compare.judgement import Judgement, Yardstick
     from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
-    from slewctl.compare.quantities import QUANTITIES, Quantity, Reading
+    from slewctl.compare.loss_of_digits import (
+        DigitalLoss,
+        digital_loss,
+        least_word,
+        loop_signals,
+    )
+    from slewctl.compare.quantities import QUANTITIES, Quantity, Reading, quantities_of
     from slewctl.compare.reading import describe, read
     from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
     from slewctl.compare.study.answer import (
@@ -61,6 +67,7 @@ __all__ = [
     "Comparison",
     "DesignModel",
     "DestabilisedMode",
+    "DigitalLoss",
     "Duel",
     "Evaluation",
     "Followed",
@@ -104,10 +111,14 @@ __all__ = [
     "describe",
     "design_model",
     "destabilised_mode",
+    "digital_loss",
     "evaluate",
     "evaluate_point",
     "first_modes",
     "follow",
+    "least_word",
+    "loop_signals",
+    "quantities_of",
     "read",
     "recommend",
     "rows",

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from slewctl._types import Array, ComplexArray
+from slewctl.arm.magnitudes import check_duration
 from slewctl.design.coordinates import balanced
 from slewctl.design.zeros_poles import cascade
 from slewctl.errors import Faults, InputError, check_choice, check_positive
@@ -74,7 +75,7 @@ def discretised(
 def check_rule(sample_time: float, rule: str, prewarp_hz: float | None) -> None:
     """Refuse each of what cannot make a continuous law a sampled one, whatever the law."""
     faults = Faults()
-    T = faults.attempt(check_positive, sample_time, "sample_time")
+    T = faults.attempt(check_duration, sample_time, "sample_time")
     faults.attempt(check_choice, rule, RULES, "discretise")
     if prewarp_hz is not None:
         faults.attempt(_check_prewarp, prewarp_hz, rule, T)

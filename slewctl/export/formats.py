@@ -49,6 +49,17 @@ def write_data(path: Path, data: Mapping[str, Any]) -> None:
     write_bytes(path, write(data))
 
 
+def data_bytes(form: str, data: Mapping[str, Any]) -> bytes:
+    """Return named values as the content of a file.
+
+    Parameters
+    ----------
+    form : {"json", "mat", "npz"}
+    data : mapping of str to value
+    """
+    return _FORMATS[f".{form}"][0](data)
+
+
 def read_data(path: Path) -> dict[str, Any]:
     """Return what a file holds by name; the file's ending says how it is written.
 

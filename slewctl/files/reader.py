@@ -6,7 +6,7 @@ A design file describes; it runs no code.  All that is wrong with it is told at 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,11 @@ from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import QUANTITIES, Case
 from slewctl.compare.case import check_basis
 from slewctl.design.methods import GIVEN
+from slewctl.embedded.options import CodeOptions
 from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import DESCRIBED, arm_of_table
 from slewctl.files.encoders import with_encoder_noise
+from slewctl.files.export_table import read_export
 from slewctl.files.faults import Faults, missing
 from slewctl.files.find import find_designs, name_designs, refuse_study
 from slewctl.files.given_law import (
@@ -30,10 +32,10 @@ from slewctl.files.given_law import (
 from slewctl.files.measured_table import MeasuredPlant, read_measured
 from slewctl.files.refusals import validate_each
 from slewctl.files.schema import DESIGN_SCHEMA, MOST_SIGNALS, ArmTable, ControllerTable, DesignTable
+from slewctl.files.slew_table import slew_of_table
 from slewctl.files.source import Source, read_source
 from slewctl.files.uncertainty import Uncertainty, read_uncertainty, refuse_unweighed
 from slewctl.files.variations import Variation, read_variations
-from slewctl.loop import Slew
 from slewctl.plant import Objective
 from slewctl.plant.signals import ACTUATORS, check_signals
 
@@ -65,6 +67,8 @@ class DesignFile:
         The box in which the worst arm is sought.
     measured : MeasuredPlant or None
         A response on which the controller is judged as well.
+    export : CodeOptions
+        How the controller runs, as code.
     """
 
     path: Path
@@ -75,6 +79,7 @@ class DesignFile:
     beside: str = ""
     uncertainty: Uncertainty | None = None
     measured: MeasuredPlant | None = None
+    export: CodeOptions = field(default_factory=CodeOptions)
 
     @property
     def text(self) -> str:
@@ -164,12 +169,15 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     if tables.get("uncertainty"):
         uncertainty = faults.attempt(read_uncertainty, tables["uncertainty"], varied, tried)
     measured = None
+    # Where the controller is wrong, the rest of a table is looked at all the same.
+    met = keys["objective"] or Objective(_HALF, _HALF)
     if tables.get("measured"):
-        # Where the controller is wrong, the rest of the table is looked at all the same.
-        met = keys["objective"] or Objective(_HALF, _HALF)
         measured = faults.attempt(
             read_measured, tables["measured"], source.path, varied, met, common, tried
         )
+    export = CodeOptions()
+    if tables.get("export"):
+        export = faults.attempt(read_export, tables["export"], met) or export
     sought = () if uncertainty is None else (QUANTITIES[uncertainty.quantity].requirement,)
     needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
     if needs_slew and "slew" not in source.content:
@@ -183,7 +191,7 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     beside = digest_beside(source.path, case.options) if method == GIVEN else ""
     beside += measured.digest if measured else ""
     return DesignFile(
-        source.path, case, requirements, variations, source, beside, uncertainty, measured
+        source.path, case, requirements, variations, source, beside, uncertainty, measured, export
     )
 
 
@@ -260,7 +268,7 @@ def _parts_of_case(
     if is_given:
         keys["objective"] = faults.attempt(read_given, options, stated, arm, weighted=weighted)
     if "slew" in tables:
-        keys["slew"] = faults.attempt(_slew, tables["slew"])
+        keys["slew"] = faults.attempt(slew_of_table, tables["slew"])
     return keys
 
 
@@ -272,12 +280,6 @@ def _named(content: Mapping[str, Any], right: Mapping[str, Any], key: str) -> Ma
     if not isinstance(given, dict) or not 0 < len(given) <= MOST_SIGNALS:
         return _HALF
     return dict.fromkeys(given, 1.0)
-
-
-def _slew(keys: Mapping[str, Any]) -> Slew:
-    if "duration_s" not in keys:
-        keys = {"angle_deg": keys.get("angle_deg", 1.0), "duration_s": 1.0}
-    return Slew(**{"angle_deg": 1.0, **keys})
 
 
 def _alone(

@@ -13,8 +13,10 @@ from pydantic import ConfigDict, Field
 from slewctl.arm import Hub, LumpedMass, Motor, Payload
 from slewctl.compare import Case
 from slewctl.files.drive_tables import ActuatorTable, JointTable, SensorTable
+from slewctl.files.export_table import ExportTable
 from slewctl.files.measured_table import MeasuredTable
 from slewctl.files.modal_schema import ModalDataTable, WingTable
+from slewctl.files.slew_table import SlewTable
 from slewctl.files.table import Count, Efficiency, Finite, NonNegative, Positive, Several, Table
 from slewctl.files.table import told as _told
 
@@ -247,17 +249,6 @@ class ControllerTable(Table):
     ] = None
 
 
-class SlewTable(Table):
-    """``[slew]``: the turn that is simulated."""
-
-    angle_deg: Annotated[Finite, _told("deg", "of the turn", 30.0)]
-    duration_s: Annotated[Positive, _told("s", "of the reference", 4.0)]
-    horizon_s: Annotated[
-        Positive | None,
-        _told("s", "how long is simulated; by default three times the duration", 12.0),
-    ] = None
-
-
 class TruthTable(Table):
     """``[truth]``: what the design is judged on."""
 
@@ -364,4 +355,8 @@ class DesignTable(Table):
     measured: Annotated[
         MeasuredTable | None,
         _told("table", "a measured response to hold them on too", {"file": "response.csv"}),
+    ] = None
+    export: Annotated[
+        ExportTable | None,
+        _told("table", "how the controller runs, as code", {"arithmetic": "float"}),
     ] = None

@@ -15,6 +15,7 @@ from slewctl.compare import QUANTITIES, Judge, Judgement, Reading, unit_notes, w
 from slewctl.errors import SlewctlError, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.files.uncertainty import WORST
+from slewctl.gate.compiled_design import judge_of_compiled
 from slewctl.gate.fingerprint import digest, fingerprint
 from slewctl.gate.measured_plant import judge_on_measured
 
@@ -26,6 +27,7 @@ def check_designs(
     *,
     changed_only: bool = False,
     working: Callable[[str], None] | None = None,
+    compiled: bool = False,
 ) -> tuple[DesignResult, ...]:
     """Return the result of every design in files and folders.
 
@@ -42,6 +44,8 @@ def check_designs(
         as they are.
     working : callable, optional
         Called with a short text while a design is judged on many arms.
+    compiled : bool
+        Whether the code is judged that runs the controller, by what was read out of it.
 
     Returns
     -------
@@ -65,7 +69,11 @@ def check_designs(
     for path, name in name_designs(find_designs(paths)).items():
         if progress is not None:
             progress(str(path))
-        results.append(check_file(path, name, baseline, changed_only=changed_only, working=working))
+        results.append(
+            check_file(
+                path, name, baseline, changed_only=changed_only, working=working, compiled=compiled
+            )
+        )
     return tuple(results)
 
 
@@ -76,6 +84,7 @@ def check_file(
     *,
     changed_only: bool = False,
     working: Callable[[str], None] | None = None,
+    compiled: bool = False,
 ) -> DesignResult:
     """Return the result of one design file; a broken one says why.
 
@@ -84,7 +93,7 @@ def check_file(
     path : Path
     name : str
         By default the file's stem.
-    baseline, changed_only, working
+    baseline, changed_only, working, compiled
         As for `check_designs`.
 
     Returns
@@ -105,12 +114,12 @@ def check_file(
     except SlewctlError as error:
         return DesignResult(name, path, **_refused(error, path))
     if baseline is None:
-        return examine(design, working=working)
+        return examine(design, working=working, compiled=compiled)
     skipped = skip_unchanged(design, baseline) if changed_only else None
     if skipped is not None:
         return skipped
     accepted = baseline.accepted(path, digest(design.text))
-    return examine(design, accepted.arms if accepted else {}, working=working)
+    return examine(design, accepted.arms if accepted else {}, working=working, compiled=compiled)
 
 
 def skip_unchanged(design: DesignFile, baseline: Baseline) -> DesignResult | None:
@@ -151,6 +160,7 @@ def examine(
     known: Mapping[str, Mapping[str, float]] | None = None,
     *,
     working: Callable[[str], None] | None = None,
+    compiled: bool = False,
 ) -> DesignResult:
     """Return the verdicts on a design: its arm, each variation, the worst of its box, and a rig.
 
@@ -161,7 +171,7 @@ def examine(
     design : DesignFile
     known : mapping of str to mapping, optional
         By arm, quantities that are measured though nothing requires them.
-    working : callable, optional
+    working, compiled
         As for `check_designs`.
 
     Returns
@@ -185,6 +195,8 @@ def examine(
     try:
         with design.source.computing():
             notes += unit_notes(design.case.arm)
+            if compiled:
+                notes += judge_of_compiled(judging, design.export, design.case.name)
             for arm, judgement, limits in _judgements(design, judging, notes, working):
                 findings += [
                     Finding(verdict, arm, _line(design, arm, verdict.requirement))

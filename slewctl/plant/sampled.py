@@ -156,16 +156,44 @@ class SampledClosed:
         return solve_discrete_lyapunov(self.A, self._noise)
 
     @cached_property
+    def cost_to_go(self) -> Array:
+        """What a state costs from now on: its quadratic form is the sum of ∫ zᵀz dt."""
+        return solve_discrete_lyapunov(self.A.T, self._cost)
+
+    @cached_property
     def h2(self) -> H2Cost:
         """Mean of zᵀz over all times, from both Gramians; the loop must be stable."""
-        p, (seen, direct) = self.plant, self._driven
-        cost = seen.T @ p.cost @ seen
+        p, (_, direct) = self.plant, self._driven
         at_once = float(np.trace(direct.T @ p.cost @ direct @ p.sensor_noise)) + p.noise_cost
-        value = float(np.sum(cost * self.covariance)) + at_once
-        dual = solve_discrete_lyapunov(self.A.T, cost)
-        other = float(np.sum(dual * self._noise)) + at_once
+        value = float(np.sum(self._cost * self.covariance)) + at_once
+        other = float(np.sum(self.cost_to_go * self._noise)) + at_once
         size = max(abs(value), np.finfo(float).tiny)
         return H2Cost(value / p.sample_time, abs(other - value) / size)
+
+    @cached_property
+    def _cost(self) -> Array:
+        """∫ zᵀz dt over a sample as a quadratic form of the states."""
+        seen = self._driven[0]
+        return np.asarray(seen.T @ self.plant.cost @ seen)
+
+    def cost_of_rounding(self, readings: Array, states: Array, command: float) -> float:
+        """Return what white errors of these variances in the controller add to the H2 cost.
+
+        Parameters
+        ----------
+        readings, states : ndarray, shapes (sensors,), (controller's states,)
+            Variances of what is added to the readings, and to the states in a sample.
+        command : float
+            That of what is added to the command.
+        """
+        p, (_, Bk, _, Dk) = self.plant, self._controller
+        n, price = len(p.A), self.cost_to_go
+        held = np.vstack([p.B, np.zeros((len(Bk), 1))])
+        read = np.vstack([p.B @ Dk, Bk])
+        through = command + float((Dk**2 @ readings)[0])
+        added = float(np.sum((price @ read) * read, axis=0) @ readings)
+        added += float(np.diag(price)[n:] @ states) + command * float((held.T @ price @ held)[0, 0])
+        return (added + through * float(p.cost[-1, -1])) / p.sample_time
 
     @property
     def _controller(self) -> tuple[Array, Array, Array, Array]:

@@ -16,6 +16,7 @@ from slewctl.compare import (
     Comparison,
     Evaluation,
     Quantity,
+    quantities_of,
     read,
     sampling_loss,
 )
@@ -256,9 +257,10 @@ def _groups(result: CaseResult) -> list[tuple[str, list[Quantity]]]:
     Without limits and noise there is no cost, and no level under noise.
     """
     motor = result.case.arm.motor is not None
+    quantities = quantities_of(result.case.slew)
     weighted = result.case.objective.weighted
     return [
-        (title, [q for q in QUANTITIES.values() if q.kind in kinds and (motor or q.unit != "V")])
+        (title, [q for q in quantities if q.kind in kinds and (motor or q.unit != "V")])
         for title, kinds in _TABLES_OF_KINDS.items()
         if weighted or not set(kinds) & set(WEIGHTED)
     ]

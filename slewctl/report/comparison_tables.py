@@ -7,7 +7,15 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from slewctl.compare import QUANTITIES, CaseResult, Comparison, Evaluation, Reading, read
+from slewctl.compare import (
+    QUANTITIES,
+    CaseResult,
+    Comparison,
+    Evaluation,
+    Reading,
+    quantities_of,
+    read,
+)
 from slewctl.compare.quantities import Kind
 from slewctl.report.export import to_plain
 
@@ -22,7 +30,7 @@ def file_name(name: str, place: int) -> str:
 
 def readings(e: Evaluation) -> dict[str, Reading]:
     """Return every quantity of a design by name."""
-    return {name: read(e.judgement, name) for name in QUANTITIES}
+    return {q.name: read(e.judgement, q.name) for q in quantities_of(e.judgement.slew)}
 
 
 def known(reading: Reading) -> float | None:
@@ -53,7 +61,9 @@ def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
             "optimal_cost": case.truth.optimal_cost,
             "margins_confirmed": e.judgement.margins.confirmed if e.stable else None,
         }
-        for name, reading in readings(e).items():
+        told = readings(e)
+        for name in QUANTITIES:  # all of them: the table is one of many designs
+            reading = told.get(name, Reading(math.nan))
             found[name] = e.stable if name == "stable" else known(reading)
             if QUANTITIES[name].kind in _PLACED:
                 found[f"{name}_at_hz"] = reading.frequency_hz if e.stable else None

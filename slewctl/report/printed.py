@@ -25,6 +25,7 @@ from slewctl.report.palette import ALARM
 from slewctl.report.plot import Item, Panel, Plot
 from slewctl.report.scale import Axis
 
+# Of the PNG: what printers ask for.
 _DPI = 300
 
 

@@ -1,0 +1,270 @@
+"""A controller discretised, reduced and rounded keeps what it did in its loop."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import slewctl as sc
+from slewctl.compare import loop_signals
+from slewctl.design.anti_windup import anti_windup
+from slewctl.design.digital.sections import in_sections
+from slewctl.numerics.interconnect import series
+from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.matrix_equations import solve_discrete_lyapunov
+
+
+@cache
+def problem() -> sc.Problem:
+    arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    noise = {"torque": 0.1, "theta": 0.01, "theta_dot": 0.1}
+    return sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, noise, truth_modes=5)
+
+
+@cache
+def design(n: int = 2, **options: float) -> sc.Controller:
+    return sc.lqg(problem().plant("clamped-free", n=n), **options)
+
+
+@cache
+def sampled() -> sc.Controller:
+    return design(2, sample_time=0.02)
+
+
+def answer(system: LinearSystem, z: complex) -> np.ndarray:
+    A, B, C, D = system.matrices
+    return (C @ np.linalg.solve(z * np.eye(len(A)) - A, B) + D).ravel()
+
+
+POLES = st.lists(
+    st.sampled_from([1.0, 0.9, 0.9, -0.3, 0.0, 0.8 + 0.5j, 0.1 + 0.2j, 0.95 + 0.01j]),
+    min_size=1,
+    max_size=5,
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(POLES, st.integers(0, 2**16))
+def test_sections_are_the_same_system(poles: list[complex], seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    whole = LinearSystem(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), 1.0, 0.1)
+    for pole in poles:  # poles that come twice have one eigenvector
+        A = np.array([[pole.real]])
+        if pole.imag:
+            A = np.array([[pole.real, pole.imag], [-pole.imag, pole.real]])
+        n = len(A)
+        B, C = rng.standard_normal((n, 1)), rng.standard_normal((1, n))
+        whole = series(whole, LinearSystem(A, B, C, 1.0, 0.1))
+    found = in_sections(whole)
+    assert sum(found.sizes) == whole.nstates
+    for z in (1.3 + 0.2j, -2.0, 0.3 + 1.5j):
+        assert answer(found.system, z) == pytest.approx(answer(whole, z), rel=1e-6)
+    start = 0
+    for size in found.sizes:
+        own = slice(start, start + size)
+        rest = np.delete(found.system.A[own], np.arange(start, start + size), axis=1)
+        assert not rest.any()
+        start += size
+
+
+def test_a_pair_of_poles_turns_without_being_stretched() -> None:
+    for k, size in enumerate(in_sections(sampled().linear).sizes):
+        if size == 2:
+            labels = in_sections(sampled().linear).system.state_labels
+            at = [i for i, label in enumerate(labels) if label.startswith(f"section_{k + 1}_")]
+            block = in_sections(sampled().linear).system.A[np.ix_(at, at)]
+            assert block[0, 0] == block[1, 1]
+            assert block[0, 1] == -block[1, 0]
+
+
+def test_an_integrator_stays_one_to_the_last_digit() -> None:
+    law = design(2, sample_time=0.02, integral_limit=0.5)
+    A = in_sections(law.linear).system.A
+    assert 1.0 in np.diagonal(A)
+
+
+def test_discretised_is_what_a_method_with_a_clock_returns() -> None:
+    plant = problem().plant("clamped-free", n=2)
+    ours = sc.pd_notch(plant, bandwidth_hz=0.3).discretised(0.02, 0.01)
+    theirs = sc.pd_notch(plant, bandwidth_hz=0.3, sample_time=0.02, delay=0.01)
+    for z in (1.1 + 0.2j, -0.7 + 1j):
+        assert answer(ours.linear, z) == pytest.approx(answer(theirs.linear, z), rel=1e-9)
+    assert ours.delay == theirs.delay == 0.01
+    assert ours.reference is not None
+    assert theirs.reference is not None
+    assert pytest.approx(theirs.reference.D) == ours.reference.D
+    assert ours.continuous is not None
+    with pytest.raises(sc.InputError, match="sampled already"):
+        ours.discretised(0.02)
+
+
+@pytest.mark.parametrize("clock", [{}, {"sample_time": 0.02, "delay": 0.01}])
+def test_what_no_loop_needs_is_what_is_left_out(clock: dict[str, float]) -> None:
+    plant = problem().plant("clamped-free", n=1)
+    K = sc.lqg(plant, **clock)
+    n, dt = K.linear.nstates, K.linear.dt
+    # Two states that nothing moves, and two that nothing sees.
+    rng = np.random.default_rng(0)
+    stable = 0.5 * np.eye(2) if dt else -np.eye(2)
+    A = np.block([
+        [K.linear.A, rng.standard_normal((n, 2)), np.zeros((n, 2))],
+        [np.zeros((2, n)), stable, np.zeros((2, 2))],
+        [rng.standard_normal((2, n)), np.zeros((2, 2)), 0.5 * stable],
+    ])  # fmt: skip
+    B = np.vstack([K.linear.B, np.zeros((2, 2)), rng.standard_normal((2, 2))])
+    C = np.hstack([K.linear.C, rng.standard_normal((1, 2)), np.zeros((1, 2))])
+    wide = sc.given(
+        LinearSystem(A, B, C, K.linear.D, dt).to_control(), inputs=K.sensors, feedback="positive",
+        delay=K.delay,
+    )  # fmt: skip
+    small = wide.reduced(n, plant)
+    for z in (1.2 + 0.3j, -0.5 + 2j, 0.1 + 1j):
+        assert answer(small.linear, z) == pytest.approx(answer(K.linear, z), rel=1e-6)
+    assert small.h2_cost == pytest.approx(K.h2_cost, rel=1e-7)
+
+
+def test_an_order_that_loses_the_loop_is_refused_with_the_least_that_keeps_it() -> None:
+    plant, K = problem().plant("clamped-free", n=2), design(2, integral_limit=0.5)
+    with pytest.raises(sc.DesignError, match=r"1 states .*give at least (\d)") as error:
+        K.reduced(1, plant)
+    least = int(error.value.remedy.split()[-1])
+    for order in range(1, least):
+        with pytest.raises(sc.DesignError):
+            K.reduced(order, plant)
+    small = K.reduced(least, plant)
+    assert small.linear.nstates == least
+    assert problem().judge(small).stable
+    assert np.abs(small.linear.poles()).min() < 1e-9  # the integrator
+    assert np.isfinite(small.h2_cost)
+
+
+@pytest.mark.parametrize(
+    ("order", "match"), [(6, "give less than 6"), (-1, "order"), (2.5, "order")]
+)
+def test_orders_that_are_none(order: float, match: str) -> None:
+    with pytest.raises(sc.InputError, match=match):
+        design(2).reduced(order, problem().plant("clamped-free", n=2))  # type: ignore[arg-type]
+
+
+def test_single_precision_holds_every_coefficient() -> None:
+    made = sampled().in_float32()
+    eye = np.eye(made.linear.nstates)
+    for matrix in (made.linear.A - eye, made.linear.B, made.linear.C, made.linear.D):
+        assert matrix == pytest.approx(matrix.astype(np.float32), rel=1e-7, abs=0.0)
+    assert (made.linear.B.astype(np.float32) == made.linear.B).all()
+    loss = problem().digital_loss(sampled(), made)
+    assert 0 <= loss.worst < 1e-5
+    with pytest.raises(sc.InputError, match="discretised"):
+        design(2).in_float32()
+
+
+def test_words_hold_whole_numbers_whose_sums_fit_two_of_them() -> None:
+    signals = problem().loop_signals(sampled())
+    made = sampled().in_fixed_point(14, None, signals)
+    words, system = made.arithmetic, made.linear
+    assert words is not None
+    n = system.nstates
+    real = np.block([[system.A - np.eye(n), system.B], [system.C, system.D]])
+    columns, rows = np.array([*words.states, *words.readings]), [*words.states, words.command]
+    for row, bits, shift in zip(real, rows, words.shifts, strict=True):
+        whole = np.ldexp(row, bits - columns + shift)
+        assert (whole == np.rint(whole)).all()
+        assert np.abs(whole).sum() * words.largest < 2 ** (2 * 14 - 2)
+        assert shift <= 2 or np.abs(whole).sum() > words.largest / 4  # and none is wasted
+    # Every signal of the loop has its word, and the largest uses it.
+    reached = np.ldexp(signals.largest, [*words.readings, words.command, words.angle])
+    assert (reached <= words.largest + 1).all()
+    assert (reached > words.largest / 2.1).all()
+
+
+@pytest.mark.parametrize("word", [10, 16])
+def test_a_fraction_that_overflows_is_refused_with_those_that_fit(word: int) -> None:
+    signals = problem().loop_signals(sampled())
+    with pytest.raises(sc.InputError, match="overflow") as error:
+        sampled().in_fixed_point(word, word - 1, signals)
+    numbers = [int(text) for text in error.value.remedy.replace(",", " ").split() if text.isdigit()]
+    most, longer = numbers
+    assert sampled().in_fixed_point(word, most, signals).arithmetic is not None
+    assert sampled().in_fixed_point(longer, word - 1, signals).arithmetic is not None
+    with pytest.raises(sc.InputError, match="overflow"):
+        sampled().in_fixed_point(word, most + 1, signals)
+
+
+@pytest.mark.parametrize("word", [3, 33, 0, 2.0])
+def test_words_that_nothing_runs(word: int) -> None:
+    with pytest.raises(sc.InputError, match="word"):
+        sampled().in_fixed_point(word, None, problem().loop_signals(sampled()))
+
+
+def test_the_least_word_loses_no_more_than_it_may(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, loss = problem().least_word(sampled(), 0.003)
+    assert made.arithmetic is not None
+    assert loss.worst <= 0.003
+    assert loss.rounding > 0
+    signals = problem().loop_signals(sampled())
+    for word in range(4, made.arithmetic.word):
+        try:
+            shorter = sampled().in_fixed_point(word, None, signals)
+        except sc.SlewctlError:
+            continue
+        assert problem().digital_loss(sampled(), shorter).worst > 0.003
+    monkeypatch.setattr("slewctl.compare.loss_of_digits.MOST_WORD", 8)
+    with pytest.raises(sc.DesignError, match="words of up to 8 bits"):
+        problem().least_word(sampled(), 0.003)
+
+
+def test_rounding_costs_what_the_noise_of_it_costs() -> None:
+    made = sampled().in_fixed_point(10, None, problem().loop_signals(sampled()))
+    assert made.arithmetic is not None
+    readings, states, command = made.arithmetic.noise
+    closed = problem().judge(made).loop.closed  # type: ignore[attr-defined]
+    p, (_, Bk, _, Dk) = closed.plant, made.linear.matrices
+    n, size = len(p.A), len(closed.A)
+    # By the covariance that the noise leads to, instead of by what a state costs.
+    noise = np.zeros((size, size))
+    entering = np.vstack([p.B @ Dk, Bk])
+    noise += entering @ np.diag(readings) @ entering.T
+    noise[n:, n:] += np.diag(states)
+    noise[:n, :n] += command * p.B @ p.B.T
+    spread = solve_discrete_lyapunov(closed.A, noise)
+    row = np.block([[np.eye(n), np.zeros((n, size - n))], [Dk @ p.C, made.linear.C]])
+    at_once = float((Dk**2 @ readings)[0])
+    expected = np.sum((row.T @ p.cost @ row) * spread) + p.cost[-1, -1] * (command + at_once)
+    found = closed.cost_of_rounding(readings, states, command)
+    assert found == pytest.approx(expected / p.sample_time, rel=1e-9)
+    assert found > 0
+
+
+def test_a_signals_sizes_are_those_of_the_slew() -> None:
+    judged = problem().judge(sampled())
+    signals = loop_signals(judged)
+    turn = np.radians(judged.slew.angle_deg)
+    assert signals.angle == pytest.approx(turn)
+    assert signals.readings[-1, 0] == pytest.approx(turn, rel=0.02)  # it arrives
+    assert signals.command[-1] == pytest.approx(0.0, abs=0.02 * np.abs(signals.command).max())
+    assert (signals.largest[:2] > np.abs(signals.readings).max(axis=0)).all()
+
+
+def test_an_observer_in_sections_is_driven_by_the_command_that_was_cut_off() -> None:
+    """In whatever states, and in words: what is added moves the estimates as the input does."""
+    K = sampled()
+    assert K.entry is not None
+    column = anti_windup(K)[0]
+    assert column == pytest.approx(K.entry[:, 0])
+    words = K.in_fixed_point(24, None, problem().loop_signals(K))
+    for made in (K.in_sections(), K.in_float32(), words):
+        moved = [
+            np.linalg.matrix_power(law.A, k) @ entry
+            for k in (0, 1, 3)
+            for law, entry in ((K.linear, column), (made.linear, anti_windup(made)[0]))
+        ]
+        seen = [
+            float((law.C @ m)[0]) for law, m in zip([K.linear, made.linear] * 3, moved, strict=True)
+        ]
+        np.testing.assert_allclose(seen[1::2], seen[::2], rtol=2e-3)
+    small = design(3).reduced(6, problem().plant("clamped-free", n=3))
+    assert small.entry is None
