@@ -55,21 +55,27 @@ class Outputs:
 
     def check(self) -> None:
         """Refuse what cannot be written, before anything is computed."""
-        from slewctl.report.printed import STYLES
+        if self.style is None:
+            return
+        from slewctl.report.printed import STYLES  # loads matplotlib, for figures alone
 
-        if self.style is not None:
-            check_choice(self.style, STYLES, "--style")
-        if self.style is not None and self.figures is None:
+        check_choice(self.style, STYLES, "--style")
+        if self.figures is None:
             raise InputError(
                 "is a style of figures, and none are asked for",
                 where="--style",
                 remedy="add --figures DIR",
             )
 
+    @property
+    def printed(self) -> str:
+        """The style of the figures; empty where none are asked for."""
+        return (self.style or "paper") if self.figures else ""
+
 
 def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
     """Write the comparison report of designs; return the exit status."""
-    from slewctl.report import write_comparison, write_figures  # matplotlib is only needed here
+    from slewctl.report import write_comparison
 
     outputs.check()
     names = name_designs(find_designs(paths))
@@ -79,19 +85,24 @@ def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
     designs = [told.trying(read_design, path, name) for path, name in names.items()]
     good = [design for design in designs if design is not None]
     with progress(count_designs([design.case for design in good])) as step:
-        found = [pair for pair in _all_compared(good, told, step) if pair is not None]
-        results = tuple(result for result, _ in found)
+        found = [
+            pair for pair in _all_compared(good, outputs.printed, told, step) if pair is not None
+        ]
+        results = tuple(result for result, _, _ in found)
         if results:
             step("writing")
             page = write_comparison(
                 Comparison(results),
                 outputs.out,
                 as_parquet=outputs.parquet,
-                sections=[drawn for _, drawn in found],
+                sections=[section for _, section, _ in found],
                 split=outputs.split,
             )
             if outputs.figures is not None:
-                write_figures(Comparison(results), outputs.figures, outputs.style or "paper")
+                from slewctl.report import write_figures  # loads matplotlib
+
+                drawn = [files for _, _, files in found]
+                write_figures(Comparison(results), outputs.figures, drawn=drawn)
     for result in results:
         stable = sum(e.stable for e in result.evaluations)
         OUT.print(
@@ -104,17 +115,22 @@ def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
     return told.status
 
 
+_Compared = tuple[CaseResult, dict[str, Any], dict[str, str | bytes]]
+
+
 def _all_compared(
-    designs: Sequence[DesignFile], told: Told, step: Callable[[str], None]
-) -> Iterator[tuple[CaseResult, dict[str, Any]] | None]:
-    """Yield each design's result and what the page shows of it, from as many cores as there are."""
+    designs: Sequence[DesignFile], style: str, told: Told, step: Callable[[str], None]
+) -> Iterator[_Compared | None]:
+    """Yield each design's result and what is shown of it, from as many cores as there are."""
     workers = min(len(designs), usable_cores())
     if workers < 2:
         for place, design in enumerate(designs):
-            yield told.trying(_compared, place, design, step)
+            yield told.trying(_compared, place, design, style, step)
         return
     with Processes(workers) as pool:
-        futures = [pool.submit(_compared, place, design) for place, design in enumerate(designs)]
+        futures = [
+            pool.submit(_compared, place, design, style) for place, design in enumerate(designs)
+        ]
         try:
             for future, design in zip(futures, designs, strict=True):
                 yield told.trying(future.result)
@@ -128,8 +144,9 @@ def _all_compared(
 
 
 def _compared(
-    place: int, design: DesignFile, step: Callable[[str], None] | None = None
-) -> tuple[CaseResult, dict[str, Any]]:
+    place: int, design: DesignFile, style: str, step: Callable[[str], None] | None = None
+) -> _Compared:
+    """Return a design's result, its part of the page, and its figures in a style, if any."""
     from slewctl.report.comparison import section
 
     with design.source.computing():
@@ -140,7 +157,12 @@ def _compared(
             slewed="slew" in design.source.content,
             measured=_on_measured(design, result.chosen.controller),
         )
-    return result, section(place, result, map(_told, found))
+    files: dict[str, str | bytes] = {}
+    if style:
+        from slewctl.report.printed import design_files  # loads matplotlib
+
+        files = design_files(place, result, style)
+    return result, section(place, result, map(_told, found)), files
 
 
 def _told(finding: Finding) -> dict[str, object]:
