@@ -315,7 +315,7 @@ def test_wrong_fits_are_refused() -> None:
 
 
 def test_degrees_are_asked_about() -> None:
-    found = sc.fit(TRUE, replace(MEASURED, values=np.degrees(MEASURED.values)), ["gain", "delay"])
+    found = sc.fit(TRUE, replace(MEASURED, values=MEASURED.values * 180 / np.pi), ["gain", "delay"])
     assert any("is theta in degrees? Then call it theta_deg" in each for each in found.remarks)
 
 
