@@ -29,12 +29,12 @@ sample_time = 0.005
 discretise = "tustin"
 
 [truth]
-modes = 4
+modes = 3
 
 [slew]
 angle_deg = 60.0
 duration_s = 0.6
-horizon_s = 1.5
+horizon_s = 1.1
 """
 REQUIRED = """
 [requirements]
