@@ -324,10 +324,7 @@ def finished(
     True
     """
     system, scale = balanced(system)
-    if entry is None:
-        entry = _estimate_entry(plant, system, scale)
-    else:
-        entry = entry / scale[:, None]
+    entry = _estimate_entry(plant, system, scale) if entry is None else entry / scale[:, None]
     check_finite(*(np.asarray(getattr(system, name)) for name in "ABCD"))
     poles, growth, cost = achieved(plant, system, delay)
     edge = "outside the unit circle" if system.dt else "right of the axis"
