@@ -12,7 +12,15 @@ from programs import KINDS, SANITIZED, STRICT, WITH_COMPILER, judged, program, r
 
 import slewctl as sc
 from slewctl.compare import digital_loss
-from slewctl.embedded import Program, Runner, compile_program, program_files, read_back
+from slewctl.embedded import (
+    CodeOptions,
+    Program,
+    Runner,
+    compile_program,
+    program_files,
+    program_of,
+    read_back,
+)
 from slewctl.embedded.rows import rows_of
 from slewctl.embedded.runner import FAULT_NUMBER, FAULT_READING, FAULT_STUCK
 from slewctl.embedded.trial import trial
@@ -237,6 +245,25 @@ def test_raw_units(kind: str) -> None:
         assert of_counts(2**31 - 1) == -made.words.largest - 1
     else:
         assert steps(1e20) == -steps(-1e20) > 2**31 - 200
+
+
+LAWS: dict[str, dict[str, Any]] = {
+    "gains alone": {"D": [[-2.0, -1.0]]},
+    "a state that nothing moves": {"A": [[0.5]], "B": [[0.0, 0.0]], "C": [[1.0]], "D": [[-2.0, -1.0]]},
+    "a state that nothing sees": {"A": [[0.5]], "B": [[1.0, 2.0]], "C": [[0.0]], "D": [[-2.0, -1.0]]},
+    "a double pole": {"A": [[0.6, 0.1], [0.0, 0.6]], "B": [[0.0, 0.1], [0.1, 0.0]], "C": [[1.0, -2.0]],
+                      "D": [[-2.0, -1.0]]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", list(LAWS))
+@pytest.mark.parametrize("options", [CodeOptions(), CodeOptions("fixed", word=16)])
+def test_laws_of_any_shape(law: str, options: CodeOptions) -> None:
+    K = sc.given(**LAWS[law], inputs=["theta", "theta_dot"], feedback="positive", sample_time=0.005)
+    before = judged().yardstick.judge(K, judged().slew)
+    made = program_of(before, options, "a beam")
+    read = read_back(made, compile_program(made))
+    assert digital_loss(before, before.yardstick.judge(read, before.slew)).worst < 2e-3
 
 
 def test_python_runs_the_law_as_it_stands_in_its_matrices() -> None:
