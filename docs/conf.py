@@ -33,7 +33,7 @@ html_show_sourcelink = False
 html_copy_source = False
 html_sidebars = {"**": ["guide-nav"]}
 html_theme_options = {
-    "navbar_align": "left",
+    "navbar_center": [],  # the sidebar has all pages
     "navbar_end": ["theme-switcher"],
     "footer_end": [],
     "show_prev_next": True,

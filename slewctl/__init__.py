@@ -71,17 +71,23 @@ if TYPE_CHECKING:
     )
     from slewctl.errors import AccuracyError, DesignError, InputError, SlewctlError
     from slewctl.loop import (
+        Conditions,
+        Load,
         Loop,
         Margins,
         SampledLoop,
+        Shaping,
+        Simulation,
         Slew,
         Swing,
         UnstableLoopError,
         close,
+        compare_commands,
         multiloop_margins,
         ncf_margin,
         norm,
         nu_gap,
+        simulate,
         simulate_slew,
         simulate_swing,
         simulate_turned_hub,
@@ -127,10 +133,13 @@ if TYPE_CHECKING:
         state_space,
     )
     from slewctl.problem import Problem
+    from slewctl.trajectory.limited_turn import Drive, HeldTurn, limited_turn
     from slewctl.trajectory.profiles import MinimumJerk, RigidTimeOptimal, SCurve, Versine
     from slewctl.trajectory.rest_to_rest import BangBang, rest_to_rest
+    from slewctl.trajectory.robust_shaper import Band, robust_shaper
     from slewctl.trajectory.sampled_shaper import sampled_shaper
     from slewctl.trajectory.shapers import Mode, Shaper, compare_shapers, shaper
+    from slewctl.trajectory.timed_profiles import timed_profile
 
 __version__ = "0.2.0"
 
@@ -139,19 +148,24 @@ __all__ = [
     "Actuator",
     "Arm",
     "ArmMatched",
+    "Band",
     "BangBang",
     "Beam",
     "ClampedFree",
+    "Conditions",
     "Controller",
     "DesignError",
     "Drag",
+    "Drive",
     "Fit",
     "GeneralisedPlant",
+    "HeldTurn",
     "Hub",
     "HubMatched",
     "InputError",
     "Joint",
     "KelvinVoigt",
+    "Load",
     "Log",
     "Loop",
     "LumpedMass",
@@ -179,6 +193,8 @@ __all__ = [
     "SampledLoop",
     "Sensor",
     "Shaper",
+    "Shaping",
+    "Simulation",
     "Slew",
     "SlewctlError",
     "Slewing",
@@ -193,6 +209,7 @@ __all__ = [
     "assemble",
     "balanced_truncation",
     "close",
+    "compare_commands",
     "compare_designs",
     "compare_shapers",
     "dlqe",
@@ -215,6 +232,7 @@ __all__ = [
     "kalman",
     "large_slew",
     "lead",
+    "limited_turn",
     "lqg",
     "lqr",
     "margins",
@@ -238,10 +256,12 @@ __all__ = [
     "read_response",
     "recommend",
     "rest_to_rest",
+    "robust_shaper",
     "run_study",
     "sampled_plant",
     "sampled_shaper",
     "shaper",
+    "simulate",
     "simulate_slew",
     "simulate_swing",
     "simulate_turned_hub",
@@ -251,6 +271,7 @@ __all__ = [
     "spin_frequencies_hz",
     "stacked_appendages",
     "state_space",
+    "timed_profile",
     "truth",
     "variance_bound",
     "vary",

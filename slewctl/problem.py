@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from typing import Any
@@ -13,14 +13,14 @@ from slewctl.arm.parts import arm_table
 from slewctl.basis import MODAL, Basis
 from slewctl.compare.case import DEFAULT_SLEW, MOST_TRUTH_MODES
 from slewctl.compare.judged import Judged
-from slewctl.compare.judgement import Yardstick
+from slewctl.compare.judgement import Yardstick, shaped_for
 from slewctl.compare.loss_of_digits import DigitalLoss, digital_loss, least_word, loop_signals
 from slewctl.design import Controller
 from slewctl.design.digital.fixed_point import LoopSignals
 from slewctl.design.methods import GIVEN
 from slewctl.errors import InputError, check_count
 from slewctl.export import toml_text
-from slewctl.loop import Slew, close
+from slewctl.loop import Conditions, Simulation, Slew, close, simulate
 from slewctl.loop.parts import System
 from slewctl.model import Truth, assemble, truth
 from slewctl.model.assembly import check_arm
@@ -134,7 +134,7 @@ class Problem:
             A design's result; or a system of your own from the sensors to the actuator, by
             name, connected with a plus sign.
         slew : Slew, optional
-            Another turn than the problem's.
+            Another turn than the problem's; its shaper is made for this loop.
 
         Raises
         ------
@@ -144,7 +144,58 @@ class Problem:
         """
         yardstick = self._yardstick
         loop = close(yardstick.model, self.objective, controller)
-        return Judged(loop, yardstick, slew or self.slew)
+        return Judged(loop, yardstick, shaped_for(slew or self.slew, loop))
+
+    def simulate(
+        self,
+        controller: Controller | System,
+        command: Slew | None = None,
+        *,
+        conditions: Conditions | None = None,
+        step: float | None = None,
+    ) -> Simulation:
+        """Return a slew on the truth as it happens, step by step.
+
+        Parameters
+        ----------
+        controller : Controller or control.StateSpace
+            As for `judge`.
+        command : Slew, optional
+            By default the problem's own; its shaper, if it is but named, is made for the loop.
+        conditions : Conditions, optional
+            Instead of the command's own: limits, friction, play, encoder, clock, noise, loads.
+        step : float, optional
+            The longest one in s; see `slewctl.simulate`.
+
+        Returns
+        -------
+        Simulation
+            Times, signals by name, measures, seed; it draws itself.
+
+        Raises
+        ------
+        UnstableLoopError
+            If the loop is unstable.
+        InputError
+            As `judge`; for conditions that the loop does not have, or a shaper that cannot be
+            made.
+
+        Examples
+        --------
+        >>> import slewctl as sc
+        >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01,
+        ...              actuator=sc.Actuator(torque_limit=0.25))
+        >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0},
+        ...                      {"torque": 0.1, "theta": 0.01}, slew=sc.Slew(30.0, 4.0))
+        >>> K = sc.lqg(problem.plant("clamped-free", n=1))
+        >>> result = problem.simulate(K, conditions=sc.Conditions(saturate=True))
+        >>> bool(abs(result.signals["torque"]).max() <= 0.25)
+        True
+        """
+        slew = command or self.slew
+        if conditions is not None:
+            slew = replace(slew, conditions=conditions)
+        return simulate(close(self.truth, self.objective, controller), slew, step=step)
 
     def digital_loss(self, before: Controller, after: Controller) -> DigitalLoss:
         """Return what a step on the way to the computer takes from a controller, on the truth.
@@ -245,14 +296,13 @@ class Problem:
         basis = basis or (MODAL if data else "arm-matched")
         n = n or min(2, data.modes if data else 2)
         weights = {"limits": dict(self.limits), "noise": dict(self.noise)}
-        slew = {key: getattr(self.slew, key) for key in ("angle_deg", "duration_s", "horizon_s")}
         return toml_text(
             {
                 "title": title or None,
                 "arm": arm_table(self.arm),
                 "model": None if method == GIVEN else {"basis": basis, "n": n},
                 "controller": {"method": method, **options, **weights},
-                "slew": slew,
+                "slew": self.slew.table(),
                 "truth": {"modes": self.truth_modes},
                 "requirements": {"stable": True, **(requirements or {})},
             }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import subprocess
 import sys
 from graphlib import TopologicalSorter
@@ -43,8 +44,18 @@ MAY_IMPORT: dict[str, set[str]] = {
     "paper": {"arm", "basis", "model", "plant", "design", "loop"},
     "check": {"loop", "compare"},
     "embedded": {"export", "arm", "plant", "design", "loop", "compare"},
-    "files": {"arm", "plant", "measured", "design", "loop", "compare", "check", "embedded"},
-    "gate": {"design", "loop", "compare", "check", "embedded", "files"},
+    "files": {
+        "arm",
+        "basis",
+        "plant",
+        "measured",
+        "design",
+        "loop",
+        "compare",
+        "check",
+        "embedded",
+    },
+    "gate": {"arm", "plant", "design", "loop", "compare", "check", "embedded", "files"},
     "testing": {"plant", "design", "loop", "compare", "check", "files", "gate"},
     "report": {"measured", "loop", "compare", "paper"},
 }
@@ -245,3 +256,9 @@ def test_every_number_of_the_package_says_where_it_comes_from() -> None:
         if (found := unexplained(path.read_text(encoding="utf-8")))
     }
     assert not silent
+
+
+@pytest.mark.xdist_group("kept together")
+def test_tests_that_share_a_build_stay_with_one_worker(request: pytest.FixtureRequest) -> None:
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        assert request.node.nodeid.endswith("@kept together")

@@ -18,12 +18,19 @@ def run(code: list[str]) -> str:
     ).stdout
 
 
-def test_readme_script_runs_and_judges_on_the_truth() -> None:
+def test_readme_scripts_run_and_judge_on_the_truth(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    (script,) = re.findall(r"```python\n(.*?)```", readme, flags=re.S)
+    script, own_arm = re.findall(r"```python\n(.*?)```", readme, flags=re.S)
     said = run(["-c", script])
     assert "stable            on 20, 40, 80 modes" in said
     assert "verified by" in said
+    monkeypatch.chdir(tmp_path)
+    exec(own_arm, {})
+    said = capsys.readouterr().out
+    assert "stable            on 20, 40, 80 modes" in said
+    assert (tmp_path / "k.json").stat().st_size > 0
 
 
 TYPED = """
@@ -41,7 +48,7 @@ assert_type(sc.close(problem.truth, problem.objective, K), sc.Loop | sc.SampledL
 def test_readme_script_and_a_sampled_loop_are_typed(tmp_path: Path) -> None:
     api = pytest.importorskip("mypy.api", reason="the extra dev is not installed")
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    (script,) = re.findall(r"```python\n(.*?)```", readme, flags=re.S)
+    script = re.findall(r"```python\n(.*?)```", readme, flags=re.S)[0]
     file = tmp_path / "script.py"
     plant = 'K_plant = problem.plant("clamped-free", n=2)\n'
     file.write_text(f"from typing import assert_type\n\n{script}{plant}{TYPED}", encoding="utf-8")

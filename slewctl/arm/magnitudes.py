@@ -5,12 +5,18 @@ from __future__ import annotations
 from slewctl.errors import InputError, check_nonnegative, check_positive
 
 SHORTEST, LONGEST = 1e-9, 1e9  # m
+SOONEST, LATEST = 1e-9, 1e9  # s
 LEAST, MOST = 1e-40, 1e40  # of everything else, in its SI unit
 
 
 def check_length(value: object, name: str) -> float:
     """Return a length in m as a float; refuse one beyond every arm."""
     return _within(check_positive(value, name), SHORTEST, LONGEST, name)
+
+
+def check_duration(value: object, name: str) -> float:
+    """Return a duration in s as a float; refuse one beyond every clock."""
+    return _within(check_positive(value, name), SOONEST, LATEST, name)
 
 
 def check_size(value: object, name: str) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.arm.beam import Beam
 from slewctl.arm.damping import DampingLaw
+from slewctl.arm.dynamics import Actuator, Sensor
 from slewctl.arm.joint import Joint
 from slewctl.arm.masses import LumpedMass
 from slewctl.arm.modal_data import ModalData
@@ -56,7 +57,13 @@ def vary(
     damping_factor: float | None = None,
     joint_stiffness: float | None = None,
     joint_damping: float | None = None,
+    joint_rotor_inertia: float | None = None,
+    joint_rotor_friction: float | None = None,
     joint_stiffness_factor: float | None = None,
+    actuator_lag: float | None = None,
+    actuator_delay: float | None = None,
+    sensor_lag: float | None = None,
+    sensor_delay: float | None = None,
 ) -> Arm:
     """Return `arm` with some of its properties changed and everything else kept.
 
@@ -87,8 +94,14 @@ def vary(
         friction has its own parameter.
     joint_stiffness, joint_damping : float, optional
         New values of an elastic joint, in N·m/rad and N·m·s/rad.
+    joint_rotor_inertia, joint_rotor_friction : float, optional
+        New values of its rotor, in kg·m² (beside the motor's own) and N·m·s/rad.
     joint_stiffness_factor : float, optional
         Times its present stiffness.
+    actuator_lag, actuator_delay : float, optional
+        New time constant and dead time of the drive, in s; an arm without an actuator gets one.
+    sensor_lag, sensor_delay : float, optional
+        New time constant and dead time of each of the arm's sensors, in s.
 
     Returns
     -------
@@ -141,33 +154,62 @@ def vary(
         masses=_masses(arm, lumped_mass_factor),
         damping_ratio=ratio,
         damping=law,
-        joint=_joint(arm.joint, joint_stiffness, joint_damping, joint_stiffness_factor),
+        joint=_joint(
+            arm.joint,
+            joint_stiffness_factor,
+            stiffness=joint_stiffness,
+            damping=joint_damping,
+            rotor_inertia=joint_rotor_inertia,
+            rotor_friction=joint_rotor_friction,
+        ),
+        actuator=_actuator(arm, {"lag": actuator_lag, "delay": actuator_delay}),
+        sensors=_sensors(arm, {"lag": sensor_lag, "delay": sensor_delay}),
     )
 
 
-def _joint(
-    joint: Joint | None, stiffness: float | None, damping: float | None, factor: float | None
-) -> Joint | None:
+def _joint(joint: Joint | None, factor: float | None, **values: float | None) -> Joint | None:
+    """Return the joint with new values and its stiffness times the factor."""
     if joint is None:
-        for name, value in (
-            ("joint_stiffness", stiffness),
-            ("joint_damping", damping),
-            ("joint_stiffness_factor", factor),
-        ):
+        for name, value in {**values, "stiffness_factor": factor}.items():
             if value is not None:
                 raise InputError(
                     "the arm has no elastic joint",
-                    where=name,
+                    where=f"joint_{name}",
                     remedy="give it one, a slewctl.Joint",
                 )
         return None
-    return replace(
-        joint,
-        stiffness=check_positive(
-            _changed(joint.stiffness, stiffness, factor, "joint_stiffness"), "joint_stiffness"
-        ),
-        damping=_changed(joint.damping, damping, None, "joint_damping"),
-    )
+    factors = {"stiffness": factor}
+    found = {
+        name: _changed(getattr(joint, name), value, factors.get(name), f"joint_{name}")
+        for name, value in values.items()
+    }
+    check_positive(found["stiffness"], "joint_stiffness")
+    return replace(joint, **found)
+
+
+def _actuator(arm: Arm, values: Mapping[str, float | None]) -> Actuator | None:
+    given = _given("actuator", values)
+    return replace(arm.drive, **given) if given else arm.actuator
+
+
+def _sensors(arm: Arm, values: Mapping[str, float | None]) -> Mapping[str, Sensor]:
+    given = _given("sensor", values)
+    if given and not arm.sensors:
+        raise InputError(
+            "the arm has no sensor to change",
+            where=f"sensor_{next(iter(given))}",
+            remedy="give the arm its sensors, as in sensors={'theta': slewctl.Sensor()}",
+        )
+    return {name: replace(sensor, **given) for name, sensor in dict(arm.sensors).items()}
+
+
+def _given(part: str, values: Mapping[str, float | None]) -> dict[str, float]:
+    """Return those values that are not None."""
+    return {
+        name: check_nonnegative(value, f"{part}_{name}")
+        for name, value in values.items()
+        if value is not None
+    }
 
 
 def _factor(value: float | None, name: str) -> float:

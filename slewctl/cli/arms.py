@@ -8,7 +8,7 @@ from slewctl._types import Array
 from slewctl.arm import Arm, ModalData, catalogue
 from slewctl.basis import bases_of, create
 from slewctl.breakdown import computing
-from slewctl.cli.terminal import OUT, number_table, show
+from slewctl.cli.terminal import OUT, next_step, number_table, show
 from slewctl.compare import unit_notes
 from slewctl.files import (
     computing_arm,
@@ -48,6 +48,7 @@ def print_modes(arm: str, orders: int, modes: int, locked: bool = False) -> None
     OUT.print(told)
     for note in notes:
         OUT.print(f"note: {note}", soft_wrap=True)
+    next_step(f"slewctl recommend {arm}", "which basis, how many functions, how fast")
 
 
 def _most_functions(arm: Arm, wanted: int) -> int:

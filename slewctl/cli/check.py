@@ -21,7 +21,7 @@ from slewctl.check import (
     to_record,
 )
 from slewctl.check.result import BAD_INPUT
-from slewctl.cli.terminal import ERR, OUT, progress, show
+from slewctl.cli.terminal import ERR, OUT, next_step, progress, show
 from slewctl.cli.verdicts import summary, verdict_table
 from slewctl.embedded.compiled import find_compiler
 from slewctl.errors import InputError, SlewctlError, check_nonnegative
@@ -114,6 +114,9 @@ def _print(results: Sequence[DesignResult], *, every: bool, quiet: bool, github:
                 OUT.print(f"{result.name}: {note}", soft_wrap=True)
     if not quiet or exit_status(results):
         OUT.print(summary(results, every=every))
+    failed = next((result for result in results if result.status == "failed"), None)
+    if failed is not None:
+        next_step(f"slewctl explain {failed.file}", "what limits it, and what to change first")
     for result in results:
         if result.error:
             ERR.tell(result.error)

@@ -10,6 +10,7 @@ import click
 from click.core import ParameterSource
 
 from slewctl.cli import interrupted
+from slewctl.cli.design_commands import DESIGN_COMMANDS
 from slewctl.cli.options import OUT_FOLDER, PARQUET
 
 F = TypeVar("F", bound=Callable[..., object])
@@ -45,6 +46,18 @@ def _file(name: str, text: str) -> Callable[[F], F]:
                         metavar="FILE", help=text)  # fmt: skip
 
 
+@cli.command("init")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--from", "origin", default="beam", show_default=True, metavar="NAME",
+              help="What to begin with: beam, modal-data, pid, measured, or an arm of the "
+              "catalogue.")  # fmt: skip
+def init_command(file: Path, origin: str) -> None:
+    """Write a commented design FILE to begin with, which passes `slewctl check`."""
+    from slewctl.cli.beginning import write_starter
+
+    write_starter(file, origin)
+
+
 @cli.command("modes")
 @click.argument("arm")
 @click.option("-n", "--orders", default=6, show_default=True, type=click.IntRange(1, 60),
@@ -75,17 +88,32 @@ def arms_command(name: str | None) -> None:
 @_PATHS
 @OUT_FOLDER
 @PARQUET
+@click.option("--split", is_flag=True,
+              help="Write one page per design, and one that leads to them.")  # fmt: skip
+@click.option("--figures", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
+              help="Write each figure as PDF and PNG too, its data as CSV, and tables for "
+              "LaTeX.")  # fmt: skip
+@click.option("--style", metavar="NAME",
+              help="Of the figures: paper (one column, 3.5 in; by default), wide (7.2 in) or "
+              "slides.")  # fmt: skip
 @click.pass_context
 def compare_command(
-    context: click.Context, paths: tuple[Path, ...], out: Path, parquet: bool
+    context: click.Context,
+    paths: tuple[Path, ...],
+    out: Path,
+    parquet: bool,
+    split: bool,
+    figures: Path | None,
+    style: str | None,
 ) -> None:
     """Compare the designs in PATH (TOML files or folders of them) on the truth.
 
     A design that cannot be judged is told, and left out of the report.
     """
-    from slewctl.cli.comparing import compare_designs
+    from slewctl.cli.comparing import Outputs, compare_designs
 
-    context.exit(compare_designs(paths, out, parquet))
+    outputs = Outputs(out, parquet=parquet, split=split, figures=figures, style=style)
+    context.exit(compare_designs(paths, outputs))
 
 
 @cli.command("ladder")
@@ -179,76 +207,6 @@ def _refuse_idle(context: click.Context) -> None:
         raise click.UsageError("--changed-only means nothing with --compiled.", context)
     if given("every") and given("quiet"):
         raise click.UsageError("--all means nothing with --quiet.", context)
-
-
-@cli.command("design")
-@click.argument("design", type=click.Path(path_type=Path))
-@click.option("--out", required=True, type=click.Path(path_type=Path, dir_okay=False),
-              metavar="FILE", help="Where to write it: .json, .mat or .npz.")  # fmt: skip
-@click.pass_context
-def design_command(context: click.Context, design: Path, out: Path) -> None:
-    """Write the controller of DESIGN (a TOML file) to a file, as data.
-
-    It is written whether its own checks pass or not; the exit status is 1 where they do not.
-    """
-    from slewctl.cli.designing import write_design
-
-    context.exit(write_design(design, out))
-
-
-@cli.command("export")
-@click.argument("design", type=click.Path(path_type=Path))
-@click.option("--format", "form", default="c", show_default=True,
-              type=click.Choice(["c", "mat", "npz", "json"]), help="Code, or data.")  # fmt: skip
-@OUT_FOLDER
-@click.pass_context
-def export_command(context: click.Context, design: Path, form: str, out: Path) -> None:
-    """Write the controller of DESIGN (a TOML file) for what runs it: as C code, or as data.
-
-    The code needs no library: a header, a source, a test program with what it must give, and an
-    Arduino sketch. Its numbers and raw units are those of the file's [export] table. The
-    controller must hold its loop on the truth; the exit status is 1 where its own checks fail.
-    """
-    from slewctl.cli.exporting import export_design
-
-    context.exit(export_design(design, form, out))
-
-
-@cli.command("worst")
-@click.argument("design", type=click.Path(path_type=Path))
-@click.option("--box", multiple=True, metavar="NAME=LOW:HIGH",
-              help="A property and its range, instead of the file's; repeatable.")  # fmt: skip
-@click.option("--quantity", help="What is to be good; disk_margin by default.")
-@click.option("--samples", type=click.IntRange(0), metavar="N",
-              help="Arms inside of the box, beside its corners; 32 by default.")  # fmt: skip
-@click.option("--searches", type=click.IntRange(0), metavar="N",
-              help="Searches from the worst arms so far; 2 by default.")  # fmt: skip
-@click.option("--evaluations", type=click.IntRange(1), metavar="N",
-              help="Most arms of each search; 60 by default.")  # fmt: skip
-@click.option("--seed", type=click.IntRange(0), metavar="N", help="Of the samples; 0 by default.")
-@click.option("--json", "as_json", is_flag=True, help="Print all arms as JSON.")
-@click.pass_context
-def worst_command(
-    context: click.Context,
-    design: Path,
-    box: tuple[str, ...],
-    quantity: str | None,
-    samples: int | None,
-    searches: int | None,
-    evaluations: int | None,
-    seed: int | None,
-    as_json: bool,
-) -> None:
-    """Look for the worst arm in a box of properties around that of DESIGN (a TOML file).
-
-    The controller is made once, for the file's own arm. What is found is an arm that can be
-    judged again, and no proof that there is none worse. The exit status is 1 where the loop is
-    unstable on it.
-    """
-    from slewctl.cli.worst import Asked, print_worst
-
-    asked = Asked(box, quantity, samples, searches, evaluations, seed)
-    context.exit(print_worst(design, asked, as_json))
 
 
 @cli.command("identify")
@@ -350,3 +308,7 @@ def paper_command(out: Path) -> None:
     from slewctl.cli.paper import reproduce_paper
 
     reproduce_paper(out)
+
+
+for command in DESIGN_COMMANDS:
+    cli.add_command(command)

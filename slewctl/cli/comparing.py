@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from slewctl.check import Finding
+from slewctl.check.words import limit_text, place_text, value_text
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, Told, number_table, progress, show
 from slewctl.compare import (
@@ -19,13 +22,14 @@ from slewctl.compare import (
 )
 from slewctl.compare.ladder import TOLD, redesigned
 from slewctl.compare.study.processes import Processes, usable_cores
-from slewctl.errors import InputError, SlewctlError
+from slewctl.errors import InputError, SlewctlError, check_choice
 from slewctl.files import (
     DesignFile,
     find_designs,
     name_designs,
     read_design,
 )
+from slewctl.gate import verdicts
 
 _HEADINGS = {
     "gain_margin_db": "gain (dB)",
@@ -35,10 +39,35 @@ _HEADINGS = {
 }
 
 
-def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
-    """Write the comparison report of designs; return the exit status."""
-    from slewctl.report import write_comparison  # matplotlib is only needed here
+@dataclass(frozen=True)
+class Outputs:
+    """Where to write the report and the figures, and how."""
 
+    out: Path
+    parquet: bool = False
+    split: bool = False
+    figures: Path | None = None
+    style: str | None = None
+
+    def check(self) -> None:
+        """Refuse what cannot be written, before anything is computed."""
+        from slewctl.report.printed import STYLES
+
+        if self.style is not None:
+            check_choice(self.style, STYLES, "--style")
+        if self.style is not None and self.figures is None:
+            raise InputError(
+                "is a style of figures, and none are asked for",
+                where="--style",
+                remedy="add --figures DIR",
+            )
+
+
+def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
+    """Write the comparison report of designs; return the exit status."""
+    from slewctl.report import write_comparison, write_figures  # matplotlib is only needed here
+
+    outputs.check()
     names = name_designs(find_designs(paths))
     if not names:
         raise InputError("only studies, no design", remedy="name a design file")
@@ -51,8 +80,14 @@ def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
         if results:
             step("writing")
             page = write_comparison(
-                Comparison(results), out, as_parquet=parquet, sections=[drawn for _, drawn in found]
+                Comparison(results),
+                outputs.out,
+                as_parquet=outputs.parquet,
+                sections=[drawn for _, drawn in found],
+                split=outputs.split,
             )
+            if outputs.figures is not None:
+                write_figures(Comparison(results), outputs.figures, outputs.style or "paper")
     for result in results:
         stable = sum(e.stable for e in result.evaluations)
         OUT.print(
@@ -60,6 +95,8 @@ def compare_designs(paths: Sequence[Path], out: Path, parquet: bool) -> int:
         )
     if results:
         OUT.print(f"report: {page}")
+        if outputs.figures is not None:
+            OUT.print(f"figures: {outputs.figures}")
     return told.status
 
 
@@ -93,7 +130,25 @@ def _compared(
 
     with design.source.computing():
         (result,) = compare([design.case], step).cases
-    return result, section(place, result)
+        found = verdicts(design, result.chosen.judgement)
+    return result, section(place, result, map(_told, found))
+
+
+def _told(finding: Finding) -> dict[str, object]:
+    """Return a finding in words, as the page shows it."""
+    verdict = finding.verdict
+    return {
+        "arm": finding.arm,
+        "requirement": verdict.requirement,
+        "quantity": verdict.quantity.name,
+        "passed": verdict.passed,
+        "value": value_text(verdict),
+        "limit": limit_text(verdict),
+        "number": verdict.value,
+        "bound": verdict.limit,
+        "place": place_text(verdict),
+        "note": verdict.note,
+    }
 
 
 def print_ladder(design: Path, basis: str | None, n: int | None) -> None:

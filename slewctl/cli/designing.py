@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slewctl.cli.terminal import OUT
+from slewctl.cli.terminal import OUT, next_step
 from slewctl.compare import Judge, unit_notes
 from slewctl.files import read_design
 
@@ -21,6 +21,7 @@ def write_design(design: Path, out: Path) -> int:
     for note in unit_notes(file.case.arm):
         OUT.print(f"note: {note}", soft_wrap=True)
     if controller.certificate.verified:
+        next_step(f"slewctl check {design}", "is it good enough for the arm?")
         return 0
     OUT.print(f"{controller.certificate}")
     return 1

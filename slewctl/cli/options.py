@@ -63,6 +63,11 @@ OUT_FOLDER = click.option(
     help="Folder for the report; made if it isn't there.",
 )  # fmt: skip
 
+OUT_MAYBE = click.option(
+    "--out", type=_Folder(path_type=Path, file_okay=False), metavar="DIR",
+    help="Folder for a report; made if it isn't there. Without it nothing is written.",
+)  # fmt: skip
+
 
 def _can_write_parquet(_: click.Context, __: click.Parameter, asked: bool) -> bool:
     """Refuse at once, and not behind hours of work, what could not be written."""

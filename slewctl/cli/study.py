@@ -14,7 +14,16 @@ from rich.table import Table
 from slewctl.arm import catalogue
 from slewctl.breakdown import computing
 from slewctl.cli.options import options_named
-from slewctl.cli.terminal import ERR, OUT, PATIENCE, counter, number_table, progress, show
+from slewctl.cli.terminal import (
+    ERR,
+    OUT,
+    PATIENCE,
+    counter,
+    next_step,
+    number_table,
+    progress,
+    show,
+)
 from slewctl.compare import (
     COLUMNS,
     Recommendation,
@@ -130,6 +139,8 @@ def print_recommendation(
         return
     OUT.text(str(advice))
     show(_evidence(advice))
+    next_step(f"slewctl init design.toml --from {arm}" if known else f"slewctl check {arm}",
+              "with that basis, n and speed in the file")  # fmt: skip
 
 
 def _evidence(advice: Recommendation) -> Table:

@@ -96,6 +96,12 @@ class Console:
                 raise
 
 
+def next_step(command: str, why: str) -> None:
+    """Tell a person what to run next; a program in a pipe knows."""
+    if OUT.is_terminal:
+        OUT.print(f"next: {command}    # {why}")
+
+
 def silence(stream: TextIO) -> None:
     """Let go of a stream that takes no more, so that Python does not fail to flush it at exit."""
     try:

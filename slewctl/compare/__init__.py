@@ -29,7 +29,7 @@ if TYPE_CHECKING:
         least_word,
         loop_signals,
     )
-    from slewctl.compare.quantities import QUANTITIES, Quantity, Reading
+    from slewctl.compare.quantities import QUANTITIES, Quantity, Reading, quantities_of
     from slewctl.compare.reading import describe, read
     from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
     from slewctl.compare.study.answer import (
@@ -118,6 +118,7 @@ __all__ = [
     "follow",
     "least_word",
     "loop_signals",
+    "quantities_of",
     "read",
     "recommend",
     "rows",

@@ -21,7 +21,7 @@ from slewctl.compare.reading import row
 from slewctl.design.methods import GIVEN
 from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
-from slewctl.loop.curves import curve, nichols_line
+from slewctl.loop.curves import curve
 from slewctl.model import Model, beam_inertia
 
 Progress = Callable[[str], None]
@@ -32,7 +32,7 @@ SHAPES_SHOWN = 6
 FOLLOWED = ("stable", "h2_loss", *RECORDED)
 # Of the curves of a page, which holds many: see `slewctl.loop.curves`.
 _CURVE_POINTS = 120
-_CURVE_STEP = 0.6
+_CURVE_STEP = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +56,6 @@ class LoopCurves:
     gain_db: Array
     phase_deg: Array
     slew: SlewResponse | None
-
-    @property
-    def nichols(self) -> tuple[Array, Array]:
-        """Phases in degrees and gains in dB of the line in a Nichols plot."""
-        return nichols_line(self.phase_deg, self.gain_db)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from slewctl.compare.design_basis import DesignModel, design_model
 from slewctl.compare.judgement import Judgement, Yardstick
 from slewctl.design import Controller, fitted_law
 from slewctl.errors import SlewctlError
+from slewctl.loop import Slew
 from slewctl.model import Truth, truth
 
 
@@ -131,6 +132,12 @@ class Judge:
         """The case's own design model and controller."""
         return self.design(*self.chosen)
 
+    @cached_property
+    def slew(self) -> Slew:
+        """The slew, its shaper made for the loop of the case's own arm and controller."""
+        slew = self.case.slew
+        return self.judge(self.own[1]).slew if isinstance(slew.shaper, str) else slew
+
     @property
     def chosen(self) -> Origin:
         """Basis and order of the case's own design."""
@@ -158,8 +165,8 @@ class Judge:
     def vary(self, arm: Arm) -> Judgement:
         """Return what the case's own controller achieves on the truth of another arm.
 
-        The controller is made once, for the case's own arm.  Its loss compares with the
-        optimum for the other arm.
+        The controller is made once, for the case's own arm, and so is the command.  Its loss
+        compares with the optimum for the other arm.
 
         Parameters
         ----------
@@ -172,7 +179,7 @@ class Judge:
             If no controller can be designed.
         """
         try:
-            return Judge(replace(self.case, arm=arm)).judge(self.own[1])
+            return Judge(replace(self.case, arm=arm, slew=self.slew)).judge(self.own[1])
         except SlewctlError as error:
             raise error.within(self.case.source or self.case.name) from error
 

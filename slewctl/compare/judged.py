@@ -10,7 +10,7 @@ from slewctl._show import Axes, Tabular
 from slewctl.compare.clock_loss import sampling_loss
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.judgement import Judgement
-from slewctl.compare.quantities import QUANTITIES, Reading
+from slewctl.compare.quantities import QUANTITIES, Reading, quantities_of
 from slewctl.compare.reading import read
 from slewctl.design import Controller
 
@@ -50,7 +50,7 @@ class Judged(Tabular, Judgement):
 
     def rows(self) -> list[dict[str, object]]:
         """Return every quantity on the truth: name, value, unit, frequency, mode and note."""
-        return [_row(name, read(self, name)) for name in QUANTITIES]
+        return [_row(q.name, read(self, q.name)) for q in quantities_of(self.slew)]
 
     @property
     def caption(self) -> str:

@@ -15,7 +15,9 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
-from slewctl.loop import Loop, Margins, Slew, SlewResponse, close, simulate_slew
+from slewctl.loop import Loop, Margins, Slew, SlewResponse, close, simulate, simulate_slew
+from slewctl.loop.motion.feasible import told_time
+from slewctl.loop.motion.shaped_slew import shaped
 from slewctl.loop.noise import NoiseLevels, noise_levels
 from slewctl.loop.single.sensitivity import complementary_sensitivity_peak
 from slewctl.model import Truth, truth
@@ -77,8 +79,25 @@ class Yardstick:
 
     def judge(self, controller: Controller, slew: Slew) -> Judgement:
         """Return what a controller achieves on the truth."""
-        loop = close(self.model, self.objective, controller)
-        return Judgement(replace(loop, known=self.plant), self, slew)
+        loop = replace(close(self.model, self.objective, controller), known=self.plant)
+        return Judgement(loop, self, shaped_for(slew, loop))
+
+
+def shaped_for(slew: Slew, loop: Loop) -> Slew:
+    """Return a slew with its shaper made for a loop; an unstable one has no slew.
+
+    Parameters
+    ----------
+    slew : Slew
+    loop : Loop
+
+    Raises
+    ------
+    InputError
+        For conditions that the loop does not have, or a shaper that cannot be made.
+    """
+    slew.conditions.require(loop)
+    return shaped(slew, loop) if isinstance(slew.shaper, str) and loop.stable else slew
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +111,7 @@ class Judgement:
     yardstick : Yardstick
         The truth with its optimum.
     slew : Slew
-        The turn that is simulated.
+        The turn that is simulated, its shaper made.
     """
 
     loop: Loop
@@ -153,15 +172,20 @@ class Judgement:
 
     @cached_property
     def response(self) -> SlewResponse:
-        """The slew, as if motor and actuator had no limits."""
+        """The slew: exact and as if there were no limits, or under its conditions."""
+        if not self.slew.exact:
+            return simulate(self.loop, self.slew)
         return simulate_slew(self.loop, self.slew, _SLEW_POINTS)
 
     @cached_property
     def saturation(self) -> str:
         """What the slew needs and motor or actuator have not; empty within their limits."""
         summary, arm = self.response.summary, self.loop.model.arm
+        if self.slew.conditions.saturate:
+            return ""
         beyond = arm.exceeded(summary.peak_torque, summary.peak_voltage)
-        return "; ".join(f"the slew needs {what}" for what in beyond)
+        told = "; ".join(f"the slew needs {what}" for what in beyond)
+        return f"{told}{told_time(self.loop, self.slew)}" if beyond else ""
 
     @cached_property
     def complementary_peak(self) -> Peak:

@@ -17,7 +17,7 @@ import numpy as np
 
 from slewctl.compare.judgement import Judgement
 from slewctl.design.result import COST_TOLERANCE
-from slewctl.loop import Crossing, Margins, SlewSummary
+from slewctl.loop import Crossing, Margins, Slew, SlewSummary
 from slewctl.loop.noise import NoiseLevels
 from slewctl.loop.single.sensitivity import bandwidth
 
@@ -91,6 +91,8 @@ class Quantity:
         travel of the tip for a length, the torque that the rigid arm needs.
     needs : str
         Why an arm has it not, where it is missing.
+    simulated : bool
+        Whether only a slew that is simulated has it; see `quantities_of`.
     """
 
     name: str
@@ -105,6 +107,7 @@ class Quantity:
     resolution: float = 0.0
     scale: Scale = ""
     needs: str = "this arm has no such value"
+    simulated: bool = False
 
     def __reduce__(self) -> tuple[Callable[[str], Quantity], tuple[str]]:
         return _named, (self.name,)  # what it reads by cannot be sent to another process
@@ -238,6 +241,7 @@ _NO_CROSSING = "the gain never crosses one: no {} makes it unstable"
 _PASSES = "white sensor noise passes straight to the actuator"
 _MOTOR = "the arm has no motor"
 _TIP = "the arm's modal data tell of no tip"
+_SIMULATED = "the slew has no conditions under which it is simulated"
 _ms = _of_margins(lambda m: _reciprocal(m.modulus))
 
 _LIST = (
@@ -345,9 +349,40 @@ _LIST = (
         "voltage_peak", "V", "V peak", "smaller", "largest motor voltage in the slew", "slew",
         _slew(lambda s: s.peak_voltage), needs=_MOTOR,
     ),
+    Quantity(
+        "slew_energy", "J", "W", "smaller",
+        "work of the actuator in a simulated slew, driving and braking alike", "slew",
+        _slew(lambda s: s.energy_j), needs=_SIMULATED, simulated=True,
+    ),
+    Quantity(
+        "saturation_time", "s", "t_sat", "smaller",
+        "time for which the command is limited in a simulated slew", "slew",
+        _slew(lambda s: s.saturation_s), needs=_SIMULATED, scale="time", simulated=True,
+    ),
 )  # fmt: skip
 
 QUANTITIES: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in _LIST})
+
+
+def quantities_of(slew: Slew) -> tuple[Quantity, ...]:
+    """Return the quantities that are told of a slew: those of a simulated one only if it is.
+
+    Parameters
+    ----------
+    slew : Slew
+
+    Returns
+    -------
+    tuple of Quantity
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> [q.name for q in quantities_of(sc.Slew(30.0, 2.0))][-1]
+    'voltage_peak'
+    """
+    return tuple(q for q in _LIST if not (q.simulated and slew.exact))
+
 
 # Recorded in every baseline: what a change to a design must not make worse unseen.
 RECORDED = (

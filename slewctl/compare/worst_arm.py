@@ -272,8 +272,9 @@ class _Subject:
     @staticmethod
     def of(design: Case | Loop) -> _Subject:
         if isinstance(design, Case):
-            own = Judge(design).own[1]
-            return _Subject(design.arm, design.objective, own, design.slew, design.truth_modes)
+            judge = Judge(design)
+            own, modes = judge.own[1], design.truth_modes
+            return _Subject(design.arm, design.objective, own, judge.slew, modes)
         if isinstance(design, Loop):
             arm, modes = design.model.arm, max(design.model.n, DEFAULT_MODES)
             return _Subject(arm, design.objective, design.controller, DEFAULT_SLEW, modes)

@@ -1,16 +1,10 @@
-"""How a controller takes into account that its command is cut off at a limit.
+"""How a controller is told that its command was limited.
 
-A controller x⁺ = A x + B y, v = C x + D y whose actuator does u = sat(v) goes on as
-
-    x⁺ = A x + B y + H (u − v),
-
-the same loop where nothing is cut off.  Where the reference passes straight to the command,
-H = B_r/D_r is the conditioning technique of Hanus, Kinnaert and Henrotte (Automatica 23, 1987):
-the states go on as if the reference had been the one that gives u.  Of an observer that is the
-observer driven by u instead of v, and of a PI controller back-calculation with its integral
-time.  Where that would not settle, or the reference does not pass, H is the stationary Kalman
-gain of the controller seen through its command, with its readings as the noise.  What would
-forget a cut-off command more slowly with H than without has none.
+An observer is driven by the input that acted: what it lacks, applied − commanded, enters where
+its own command does (Åström and Rundqwist, American Control Conference 1989).  Of any other
+law the integrators are led back by the same difference in the time constant of their own
+action (back-calculation), T_t = gain without the integral / integral gain, which is T_i of a
+PID.
 """
 
 from __future__ import annotations
@@ -18,50 +12,70 @@ from __future__ import annotations
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.design.reference import Reference
-from slewctl.errors import AccuracyError
-from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import solve_discrete_riccati
+from slewctl.design.result import Controller
+
+# A pole this near to that of an integrator, relative to the law's fastest, is one.
+_INTEGRATES = 1e-9
+# Samples, or seconds of the fastest pole, in which an integrator without other gain is led back.
+_ALONE = 10.0
 
 
-def anti_windup_gain(system: LinearSystem, reference: Reference | None) -> Array:
-    """Return H of a sampled controller, shape (n, 1); zero of one that nothing winds up.
+def anti_windup(controller: Controller) -> tuple[Array, str]:
+    """Return the column by which applied − commanded enters a law's states, and its name.
 
     Parameters
     ----------
-    system : LinearSystem
-        From the sensors to the actuator, connected with a plus sign.
-    reference : Reference or None
-        How the reference angle enters.
+    controller : Controller
 
-    Examples
-    --------
-    A PI controller, kp = 2 and ki = 0.5/s, every 0.1 s:
-
-    >>> from slewctl.design.reference import Reference
-    >>> pi = LinearSystem(1.0, -0.1, 0.5, -2.0, 0.1)
-    >>> H = anti_windup_gain(pi, Reference(-pi.B, -pi.D))
-    >>> round(float((pi.A - H @ pi.C)[0, 0]), 3)
-    0.975
+    Returns
+    -------
+    tuple of ndarray, shape (states,), and str
     """
-    n = system.nstates
-    if not n:
-        return np.zeros((0, 1))
-    none = np.zeros((n, 1))
-    alone = _slowest(system, none)
-    if reference is not None and reference.D[0, 0]:
-        H = reference.B / reference.D[0, 0]
-        if _slowest(system, H) < 1:
-            return H if _slowest(system, H) < alone else none
-    noise = system.B @ system.B.T
-    try:
-        found = solve_discrete_riccati(system.A.T, system.C.T, noise, np.ones((1, 1)))
-    except AccuracyError:
-        return none
-    H = np.asarray(found.gain.T)
-    return H if _slowest(system, H) < alone else none
+    A, B, C, D = controller.linear.matrices
+    T = controller.sample_time
+    entry = np.zeros(len(A))
+    words = "nothing to wind up"
+    if controller.entry is not None:
+        entry = np.asarray(controller.entry, dtype=float).ravel()
+        words = "the observer sees the limited input"
+        A = A - np.outer(entry, C[0])
+    if not len(A):
+        return entry, words
+    poles, left = np.linalg.eig(A.T)
+    edge = 1.0 if T else 0.0
+    fastest = max(float(np.abs(poles).max()), 1.0 if T else 0.0)
+    for k in np.flatnonzero(np.abs(poles - edge) <= _INTEGRATES * fastest):
+        w = left[:, k].real
+        right = _partner(A, w, edge)
+        if right is None:
+            continue
+        seen = float(C[0] @ right)
+        if seen == 0:
+            continue
+        integral = np.linalg.norm(seen * (w @ B))
+        steady = np.linalg.norm(_without(A, B, C, D, right, w, edge))
+        # Of a sampled law the integral is counted per sample, and so is the time.
+        time = steady / integral if steady > 0 and integral > 0 else _ALONE / (1 if T else fastest)
+        share = -np.expm1(-1 / time) if T else 1 / time
+        entry = entry + share / seen * right
+        extra = "the integral is led back"
+        words = extra if controller.entry is None else f"{words}, {extra}"
+    return entry, words
 
 
-def _slowest(system: LinearSystem, H: Array) -> float:
-    """Return the largest |z| of the states while the command is cut off."""
-    return float(np.abs(np.linalg.eigvals(system.A - H @ system.C)).max())
+def _partner(A: Array, w: Array, edge: float) -> Array | None:
+    """Return the right eigenvector v of the same pole, with wᵀv = 1; None of a double one."""
+    poles, vectors = np.linalg.eig(A)
+    v = vectors[:, int(np.argmin(np.abs(poles - edge)))].real
+    across = float(w @ v)
+    if abs(across) <= _INTEGRATES * float(np.linalg.norm(w) * np.linalg.norm(v)):
+        return None
+    return np.asarray(v / across)
+
+
+def _without(A: Array, B: Array, C: Array, D: Array, v: Array, w: Array, edge: float) -> Array:
+    """Return the law's gain at rest without its integrator, shape (1, sensors)."""
+    apart = np.outer(v, w)
+    rest = edge * np.eye(len(A)) - A + apart
+    keep = np.eye(len(A)) - apart
+    return np.asarray(C @ keep @ np.linalg.solve(rest, keep @ B) + D)

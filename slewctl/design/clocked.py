@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from slewctl._types import Array
 from slewctl.design.discretise import check_rule, discretised
 from slewctl.design.reference import Reference, rigid_readings, rigid_reference
 from slewctl.design.result import Controller, finished, with_reference
@@ -153,8 +154,20 @@ class _Rule:
             seconds=law.seconds,
             delay=self.delay,
             reference=reference,
+            entry=self._entry(law),
         )
         return replace(made, continuous=law)
+
+    def _entry(self, law: Controller) -> Array | None:
+        """Return how the input enters the states of what runs, by the same rule."""
+        if law.entry is None or self.rule == "matched":
+            return None
+        A, B, C, D = law.linear.matrices
+        entering = np.hstack([B, law.entry])
+        through = np.hstack([D, np.zeros((1, 1))])
+        whole = LinearSystem(A, entering, C, through)
+        found = discretised(whole, self.T, self.rule, self.prewarp_hz)
+        return np.asarray(found.B[:, -1:])
 
     def _discretised(
         self, plant: GeneralisedPlant, law: Controller

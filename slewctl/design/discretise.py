@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from slewctl._types import Array, ComplexArray
+from slewctl.arm.magnitudes import check_duration
 from slewctl.design.coordinates import balanced
 from slewctl.design.zeros_poles import cascade
 from slewctl.errors import Faults, InputError, check_choice, check_positive
@@ -55,15 +56,26 @@ def discretised(
             where="discretise",
             remedy="leave it out, or give the continuous law",
         )
-    if rule == "matched":
-        return _matched(system, T)
-    return _held(system, T) if rule == "zoh" else _trapezoidal(system, T, prewarp_hz)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # told below
+        if rule == "matched":
+            sampled = _matched(system, T)
+        else:
+            held = rule == "zoh"
+            sampled = _held(system, T) if held else _trapezoidal(system, T, prewarp_hz)
+    if not sampled.finite:
+        fastest = np.abs(system.poles()).max(initial=0.0)
+        raise InputError(
+            f"at {T:g} s the law is no longer finite: its fastest pole is at {fastest:.3g} rad/s",
+            where="sample_time",
+            remedy="give a law whose poles the clock can follow",
+        )
+    return sampled
 
 
 def check_rule(sample_time: float, rule: str, prewarp_hz: float | None) -> None:
     """Refuse each of what cannot make a continuous law a sampled one, whatever the law."""
     faults = Faults()
-    T = faults.attempt(check_positive, sample_time, "sample_time")
+    T = faults.attempt(check_duration, sample_time, "sample_time")
     faults.attempt(check_choice, rule, RULES, "discretise")
     if prewarp_hz is not None:
         faults.attempt(_check_prewarp, prewarp_hz, rule, T)
@@ -163,9 +175,7 @@ def _zeros(system: LinearSystem) -> tuple[ComplexArray, float]:
 def matched_zpk(zeros: ComplexArray, poles: ComplexArray, gain: float, T: float) -> LinearSystem:
     """Return the sampled system of mapped zeros and poles, with the continuous one's low gain."""
     z_zeros = np.concatenate([np.exp(zeros * T), -np.ones(len(poles) - len(zeros))])
-    z_poles = np.exp(poles * T)
     # Near rest (z − e^(sT)) is T·(p − s) for a root s at zero, and a constant for others.
-    rest = [(1 - z) / (-s) if s else T for s, z in zip(zeros, np.exp(zeros * T), strict=True)]
-    below = [(1 - z) / (-s) if s else T for s, z in zip(poles, z_poles, strict=True)]
+    rest, below = ([np.expm1(s * T) / s if s else T for s in roots] for roots in (zeros, poles))
     factor = np.prod(below) / (np.prod(rest) * 2.0 ** (len(poles) - len(zeros)))
-    return cascade(z_zeros, z_poles, float(np.real(gain * factor)), T)
+    return cascade(z_zeros, np.exp(poles * T), float(np.real(gain * factor)), T)

@@ -171,6 +171,9 @@ class Controller(DigitalSteps, WithSystem):
         The continuous law that a sampled one was made of by discretisation.
     arithmetic : Arithmetic or None
         The numbers that it is rounded to; None for those of double precision.
+    entry : ndarray or None, shape (states, 1)
+        Of an observer, how the actuator's signal enters its states beyond its own command: by
+        entry·(applied − commanded).
     """
 
     system: control.StateSpace
@@ -187,6 +190,7 @@ class Controller(DigitalSteps, WithSystem):
     state_scale: Array = field(default_factory=lambda: np.ones(0))
     continuous: Controller | None = None
     arithmetic: Arithmetic | None = None
+    entry: Array | None = None
 
     def __repr__(self) -> str:
         states = f"{self.linear.nstates} states"
@@ -279,6 +283,7 @@ def finished(
     seconds: Mapping[str, float] | None = None,
     delay: float = 0.0,
     reference: Reference | None = None,
+    entry: Array | None = None,
 ) -> Controller:
     """Return a controller with what it achieves on its design model recomputed.
 
@@ -303,6 +308,8 @@ def finished(
     reference : Reference, optional
         How the reference angle enters; by default what the sensors would read on the rigid
         arm is subtracted, where the plant has a model.
+    entry : ndarray, shape (states, 1), optional
+        See `Controller`; by default B₂ where the states are estimates of the plant's.
 
     Returns
     -------
@@ -319,6 +326,8 @@ def finished(
     >>> finished(plant, K.linear, "mine", {}).h2_cost == K.h2_cost
     True
     """
+    if entry is None:
+        entry = _estimate_entry(plant, system)
     system, scale = balanced(system)
     check_finite(*(np.asarray(getattr(system, name)) for name in "ABCD"))
     poles, growth, cost = achieved(plant, system, delay)
@@ -350,4 +359,14 @@ def finished(
         delay,
         reference,
         scale,
+        entry=None if entry is None else entry / scale[:, None],
     )
+
+
+def _estimate_entry(plant: GeneralisedPlant, system: LinearSystem) -> Array | None:
+    """Return how the input enters a law whose states are estimates of the plant's, or None."""
+    names = {f"{state}_estimate": k for k, state in enumerate(plant.linear.state_labels)}
+    rows = [names.get(label) for label in system.state_labels]
+    if system.sample_time != plant.sample_time or {*names.values()} - {*rows}:
+        return None
+    return np.array([[0.0] if row is None else plant.B2[row] for row in rows])

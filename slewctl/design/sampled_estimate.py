@@ -145,6 +145,11 @@ class SampledEstimate:
             J = J + self.surprise * noise[self.angle]
         return F, G, H, J
 
+    @property
+    def entry(self) -> Array:
+        """How the input enters the controller's states; see `slewctl.design.Controller`."""
+        return self._observer[2]
+
     def reference(self) -> Reference | None:
         """Return how the reference enters: by commanding the state, and σ by its error."""
         rest = at_rest(self.plant)

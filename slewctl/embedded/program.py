@@ -20,7 +20,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.compare import Judgement, digital_loss, least_word, loop_signals, read
 from slewctl.design import Controller
-from slewctl.design.anti_windup import anti_windup_gain
+from slewctl.design.anti_windup import anti_windup
 from slewctl.design.digital.arithmetic import Arithmetic
 from slewctl.design.digital.sections import in_sections
 from slewctl.design.reference import Reference, rigid_readings
@@ -196,7 +196,7 @@ def program_of(
     system, n = controller.linear, controller.linear.nstates
     H = np.zeros((n, 1))
     if math.isfinite(limit):
-        H = anti_windup_gain(given.linear, exact)
+        H = anti_windup(given)[0][:, None]
         H = H if controller is given else in_sections(given.linear).of_state(H)
     start, jump = starting_states(system, reference, at_rest)
     seen = loop_signals(judgement).largest

@@ -44,7 +44,9 @@ def _lines(table: Mapping[str, Any], way: tuple[str, ...]) -> list[str]:
     for key, value in heads.items():
         place = (*way, key)
         inner = _lines(value, place)
-        lines += ["", f"[{'.'.join(map(_key, place))}]", *inner]
+        # Tables alone need no head above their own: each of them tells the whole way.
+        head = ["", f"[{'.'.join(map(_key, place))}]"] if not inner or inner[0] else []
+        lines += [*head, *inner]
     return lines
 
 

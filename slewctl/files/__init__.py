@@ -11,10 +11,12 @@ if TYPE_CHECKING:
     from slewctl.files.lines import key_lines
     from slewctl.files.reader import DesignFile, read_design, read_designs
     from slewctl.files.source import Source, read_source
+    from slewctl.files.starters import STARTERS, starter_files
     from slewctl.files.study_file import read_study
     from slewctl.files.variations import Variation
 
 __all__ = [
+    "STARTERS",
     "DesignFile",
     "Source",
     "Variation",
@@ -30,6 +32,7 @@ __all__ = [
     "read_designs",
     "read_source",
     "read_study",
+    "starter_files",
 ]
 
 __getattr__, __dir__ = attach(__name__, __file__)

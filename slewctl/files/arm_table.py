@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
@@ -29,10 +29,10 @@ from slewctl.errors import InputError, check_choice
 from slewctl.files.beam_table import beam_of_table
 from slewctl.files.chosen_tables import DragTable, KelvinVoigtTable, RayleighTable
 from slewctl.files.drive_tables import SensorTable
-from slewctl.files.faults import Faults, missing
+from slewctl.files.faults import Faults, missing, placed
 from slewctl.files.modal_table import arm_of_wings, data_of_table
 from slewctl.files.refusals import validate
-from slewctl.files.schema import ArmTable
+from slewctl.files.schema import ArmTable, LumpedMassTable
 from slewctl.files.source import read_source
 from slewctl.files.table import Table
 from slewctl.plant.signals import signal
@@ -152,7 +152,7 @@ def arm_of_table(table: ArmTable) -> Arm:
         "hub": table.hub and faults.attempt(_changed, arm.hub if arm else Hub(), table.hub),
         "payload": table.payload
         and faults.attempt(_changed, arm.payload if arm else Payload(), table.payload),
-        "masses": table.masses and [LumpedMass(**mass.model_dump()) for mass in table.masses],
+        "masses": table.masses and _masses(table.masses, faults),
         "motor": table.motor and faults.attempt(Motor, **table.motor.model_dump()),
         "joint": table.joint and faults.attempt(Joint, **table.joint.model_dump()),
         "actuator": table.actuator and faults.attempt(Actuator, **table.actuator.model_dump()),
@@ -175,6 +175,16 @@ def arm_of_table(table: ArmTable) -> Arm:
     return faults.settled(whole)
 
 
+def _masses(tables: Sequence[LumpedMassTable], faults: Faults) -> list[LumpedMass] | None:
+    """Return the masses along the beam, if nothing is wrong with any."""
+    made = [
+        faults.attempt(placed, f"masses.{k}", LumpedMass, **table.model_dump())
+        for k, table in enumerate(tables)
+    ]
+    found = [mass for mass in made if mass is not None]
+    return found if len(found) == len(made) else None
+
+
 def _sensors(
     tables: Mapping[str, SensorTable], arm: Arm | None, faults: Faults
 ) -> dict[str, Sensor]:
@@ -182,7 +192,7 @@ def _sensors(
     found = dict(arm.sensors) if arm else {}
     for name, table in tables.items():
         faults.attempt(_of_signal, name, arm)
-        sensor = faults.attempt(_sensor, name, table)
+        sensor = faults.attempt(placed, f"sensors.{name}", Sensor, **table.model_dump())
         if sensor is not None:
             found[name] = sensor
     return found
@@ -191,13 +201,6 @@ def _sensors(
 def _of_signal(name: str, arm: Arm | None) -> None:
     """Refuse a sensor of no signal."""
     signal(name, "arm.sensors", arm.beam if arm else None)
-
-
-def _sensor(name: str, table: SensorTable) -> Sensor:
-    try:
-        return Sensor(**table.model_dump())
-    except InputError as error:
-        raise error.at(f"arm.sensors.{name}.{error.where.rpartition('.')[2]}") from error
 
 
 def _changed(part: Part, table: Table) -> Part:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from slewctl.arm import Arm, Hub, ModalData, Place, equal_appendages, stacked_appendages
 from slewctl.errors import InputError
-from slewctl.files.faults import Faults
+from slewctl.files.faults import Faults, placed
 from slewctl.files.modal_schema import ModalDataTable, WingTable
 
 
@@ -18,7 +18,10 @@ def data_of_table(table: ModalDataTable) -> ModalData:
     InputError
         As `ModalData`.
     """
-    places = tuple(Place(**place.model_dump()) for place in table.places or ())
+    places = tuple(
+        placed(f"modal_data.places.{k}", Place, **place.model_dump())
+        for k, place in enumerate(table.places or ())
+    )
     return ModalData(table.inertia, table.frequencies_hz, table.coupling, places)
 
 

@@ -32,10 +32,10 @@ from slewctl.files.given_law import (
 from slewctl.files.measured_table import MeasuredPlant, read_measured
 from slewctl.files.refusals import validate_each
 from slewctl.files.schema import DESIGN_SCHEMA, MOST_SIGNALS, ArmTable, ControllerTable, DesignTable
+from slewctl.files.slew_table import slew_of_table
 from slewctl.files.source import Source, read_source
 from slewctl.files.uncertainty import Uncertainty, read_uncertainty, refuse_unweighed
 from slewctl.files.variations import Variation, read_variations
-from slewctl.loop import Slew
 from slewctl.plant import Objective
 from slewctl.plant.signals import ACTUATORS, check_signals
 
@@ -268,7 +268,7 @@ def _parts_of_case(
     if is_given:
         keys["objective"] = faults.attempt(read_given, options, stated, arm, weighted=weighted)
     if "slew" in tables:
-        keys["slew"] = faults.attempt(_slew, tables["slew"])
+        keys["slew"] = faults.attempt(slew_of_table, tables["slew"])
     return keys
 
 
@@ -280,12 +280,6 @@ def _named(content: Mapping[str, Any], right: Mapping[str, Any], key: str) -> Ma
     if not isinstance(given, dict) or not 0 < len(given) <= MOST_SIGNALS:
         return _HALF
     return dict.fromkeys(given, 1.0)
-
-
-def _slew(keys: Mapping[str, Any]) -> Slew:
-    if "duration_s" not in keys:
-        keys = {"angle_deg": keys.get("angle_deg", 1.0), "duration_s": 1.0}
-    return Slew(**{"angle_deg": 1.0, **keys})
 
 
 def _alone(

@@ -16,6 +16,7 @@ from slewctl.files.drive_tables import ActuatorTable, JointTable, SensorTable
 from slewctl.files.export_table import ExportTable
 from slewctl.files.measured_table import MeasuredTable
 from slewctl.files.modal_schema import ModalDataTable, WingTable
+from slewctl.files.slew_table import SlewTable
 from slewctl.files.table import Count, Efficiency, Finite, NonNegative, Positive, Several, Table
 from slewctl.files.table import told as _told
 
@@ -245,17 +246,6 @@ class ControllerTable(Table):
             "white noise of the torque and of each sensor, in its own unit per √Hz; or an encoder",
             {"torque": 0.1, "theta": 0.01},
         ),
-    ] = None
-
-
-class SlewTable(Table):
-    """``[slew]``: the turn that is simulated."""
-
-    angle_deg: Annotated[Finite, _told("deg", "of the turn", 30.0)]
-    duration_s: Annotated[Positive, _told("s", "of the reference", 4.0)]
-    horizon_s: Annotated[
-        Positive | None,
-        _told("s", "how long is simulated; by default three times the duration", 12.0),
     ] = None
 
 

@@ -14,6 +14,7 @@ from typing import Any
 from slewctl.breakdown import computing
 from slewctl.errors import FaultsError, InputError, SlewctlError, clipped, shown
 from slewctl.files.lines import KeyPath, key_lines
+from slewctl.files.schema import ArmTable
 from slewctl.textfile import read_text
 
 # Levels of tables and arrays, and parts of a dotted key; five make a design file.
@@ -62,7 +63,7 @@ class Source:
         another file, as in ``controller.file: gains.json: num``.  None where the file holds
         nothing of it.
         """
-        place = self._way((), where) or self._way(("arm",), where)
+        place = self._way((), self._in_file(where))
         return self.lines[place] if place else None
 
     @cached_property
@@ -107,7 +108,14 @@ class Source:
 
     def _key(self, error: SlewctlError) -> str:
         """Return the key that an error names, which may have this file before it."""
-        return "" if error.where == str(self.path) else error.where.removeprefix(f"{self.path}: ")
+        key = "" if error.where == str(self.path) else error.where.removeprefix(f"{self.path}: ")
+        return self._in_file(key)
+
+    def _in_file(self, key: str) -> str:
+        """Return a key as the path to it in the file: parts of an arm go by their own names."""
+        part, dot, _ = key.partition(".")
+        of_arm = dot and part in ArmTable.model_fields and part not in self.content
+        return f"arm.{key}" if of_arm else key
 
     @contextmanager
     def computing(self) -> Iterator[None]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from slewctl.arm import Arm
@@ -51,7 +51,7 @@ class Uncertainty:
 def read_uncertainty(
     table: Mapping[str, Any], arm: Arm, variations: Iterable[str]
 ) -> Uncertainty | None:
-    """Return what a design file asks of the worst arm; None where its box is missing.
+    """Return what a design file asks of the worst arm; None where a key of it is wrong or missing.
 
     Raises
     ------
@@ -77,7 +77,9 @@ def read_uncertainty(
         faults.tell()
     except InputError as error:
         raise error.within("uncertainty", ".") from error
-    return Uncertainty(**{**table, "box": box}) if "box" in table else None
+    if not table.keys() >= {each.name for each in fields(Uncertainty)}:
+        return None
+    return Uncertainty(**{**table, "box": box})
 
 
 def refuse_unweighed(uncertainty: Uncertainty, objective: Objective) -> None:

@@ -103,9 +103,19 @@ def _read(
         if key not in KEYS:
             faults.add([InputError("unknown key", where=key, remedy=partial(suggest, key, KEYS))])
         else:
-            faults.attempt(vary, arm, **{key: value})
+            faults.attempt(_varied, arm, {key: value})
+    varied = None if faults else faults.attempt(_varied, arm, table)
     limits = requirements if own is None else own
     for required, limit in limits.items():
         faults.attempt(check_limits, {required: limit})
-    known = {key: value for key, value in table.items() if key in KEYS}
-    return Variation(name, faults.settled(faults.attempt(vary, arm, **known)), dict(limits))
+    return Variation(name, faults.settled(varied), dict(limits))
+
+
+def _varied(arm: Arm, table: Mapping[str, Any]) -> Arm:
+    """Return an arm with some properties changed; refuse a single one at its key."""
+    try:
+        return vary(arm, **table)
+    except InputError as error:
+        if error.where.partition(".")[0] in KEYS:
+            raise
+        raise error.at("".join(table) if len(table) == 1 else "") from error

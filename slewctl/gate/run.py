@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -223,6 +224,40 @@ def examine(
         digest=digest(design.text),
         **refused,
         seconds=time.perf_counter() - start,
+    )
+
+
+def verdicts(design: DesignFile, judged: Judgement) -> tuple[Finding, ...]:
+    """Return the verdicts on a design that was judged already: on its arm and each variation.
+
+    Parameters
+    ----------
+    design : DesignFile
+    judged : Judgement
+        Of the file's own design on its own arm.
+
+    Returns
+    -------
+    tuple of Finding
+
+    Examples
+    --------
+    >>> from slewctl.compare import evaluate
+    >>> from slewctl.files import example_design, read_design
+    >>> design = read_design(example_design())
+    >>> from slewctl.gate import verdicts
+    >>> found = verdicts(design, evaluate(design.case).judgement)
+    >>> all(finding.verdict.passed for finding in found)
+    True
+    """
+    asked = [(NOMINAL, judged, design.requirements)]
+    for other in design.variations:
+        varied = Judge(replace(design.case, arm=other.arm)).judge(judged.controller)
+        asked.append((other.name, varied, other.requirements))
+    return tuple(
+        Finding(verdict, arm, _line(design, arm, verdict.requirement))
+        for arm, judgement, limits in asked
+        for verdict in judge(judgement, limits)
     )
 
 

@@ -8,7 +8,10 @@ if TYPE_CHECKING:
     from slewctl.loop.closed import Loop
     from slewctl.loop.connect import close
     from slewctl.loop.margin_functions import hybrid_delay_margin
+    from slewctl.loop.motion.conditions import Conditions, Load
     from slewctl.loop.motion.large_slew import Swing, simulate_swing
+    from slewctl.loop.motion.shaping import Shaping, compare_commands
+    from slewctl.loop.motion.simulation import Simulation, simulate
     from slewctl.loop.motion.slew import SlewResponse, SlewSummary, simulate_slew
     from slewctl.loop.motion.slew_inputs import Slew
     from slewctl.loop.motion.turned_hub import simulate_turned_hub
@@ -41,10 +44,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AxisCrossing",
+    "Conditions",
     "Crossing",
     "FrequencyResponse",
     "GeneralisedMargin",
     "HybridDelay",
+    "Load",
     "Loop",
     "Margins",
     "MultiloopDisk",
@@ -55,6 +60,8 @@ __all__ = [
     "PlantGraph",
     "ResidualMode",
     "SampledLoop",
+    "Shaping",
+    "Simulation",
     "Slew",
     "SlewResponse",
     "SlewSummary",
@@ -65,6 +72,7 @@ __all__ = [
     "best_output_scale",
     "classical_margins",
     "close",
+    "compare_commands",
     "gap_between",
     "hybrid_delay_margin",
     "input_loop",
@@ -78,6 +86,7 @@ __all__ = [
     "peak_gain",
     "perturbation_system",
     "plant_graph",
+    "simulate",
     "simulate_slew",
     "simulate_swing",
     "simulate_turned_hub",

@@ -63,9 +63,13 @@ class Curve:
 
     @property
     def phase_deg(self) -> Array:
-        """The phase in degrees, continuous, from between −360° and 0° on."""
+        """The phase in degrees, continuous, from between −315° and 45° on.
+
+        A loop begins near a multiple of 90°: the ends are halfway between two of them, so that
+        loops that are equal but for rounding begin on the same turn.
+        """
         phase = np.degrees(np.unwrap(np.angle(self.values)))
-        return np.asarray(phase - 360 * np.ceil(phase[0] / 360))
+        return np.asarray(phase - 360 * np.ceil((phase[0] - 45) / 360))
 
 
 def nichols_line(phase_deg: Array, gain_db: Array) -> tuple[Array, Array]:
@@ -102,16 +106,26 @@ def curve(loop: Seen, points: int = 400, step: float = 0.15) -> Curve:
 
 
 def _frequencies(loop: Seen, points: int) -> Array:
-    """Return frequencies in rad/s, dense at every pole of the loop."""
+    """Return frequencies in rad/s, dense at every pole of the loop, with those of its margins."""
     poles = loop.open_poles
     poles = poles[poles.imag > 0]
     slow = np.abs(loop.poles)[np.abs(loop.poles) > 0].min()
-    fast = min(1.3 * loop.model.omega[-1], loop.nyquist_rad_s)
-    grid = np.geomspace(slow / 10, fast, points)
+    margins = _margin_frequencies(loop)
+    fast = min(1.3 * max([loop.model.omega[-1], *margins]), loop.nyquist_rad_s)
+    grid = np.geomspace(min([slow, *margins]) / 10, fast, points)
     widths = np.abs(poles.real)[:, None] * np.array([0, 0.5, 1, 2, 4, 8, 16])
     around = np.concatenate([poles.imag[:, None] + widths, poles.imag[:, None] - widths])
+    around = np.concatenate([around.ravel(), margins])
     around = around[(around > grid[0]) & (around < fast)]
     return np.unique(np.concatenate([grid, around]))
+
+
+def _margin_frequencies(loop: Seen) -> list[float]:
+    """Return where a stable loop's margins are reached, which no curve of it may leave out."""
+    if not loop.stable:
+        return []
+    reached = (crossing.frequency_hz for crossing in loop.margins.each.values())
+    return [2 * np.pi * hertz for hertz in reached if hertz and np.isfinite(hertz)]
 
 
 def draw(loop: Seen, kind: str, ax: Any) -> Any:

@@ -96,12 +96,12 @@ class SampledLoop(Loop):
     @cached_property
     def poles(self) -> ComplexArray:
         """Equivalents s = ln(z)/T of the closed-loop poles, rad/s, by increasing magnitude."""
-        values = self._equivalents[np.isfinite(self._equivalents)]
+        values = self.equivalents[np.isfinite(self.equivalents)]
         return values[np.argsort(np.abs(values))]
 
     @cached_property
-    def _equivalents(self) -> ComplexArray:
-        """One s for each closed-loop pole z, infinite for z = 0."""
+    def equivalents(self) -> ComplexArray:
+        """One s for each of `closed.poles`, infinite for z = 0: that of the arm, not an alias."""
         from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
 
         z, T = self.closed.poles, self.sample_time
@@ -125,7 +125,7 @@ class SampledLoop(Loop):
     @property
     def unstable_hz(self) -> tuple[float, ...]:
         """Frequencies of the poles that are not stable, fastest growing first."""
-        z, s = self.closed.poles, self._equivalents
+        z, s = self.closed.poles, self.equivalents
         # A real z has no partner: a negative one oscillates at half the sampling frequency.
         bad = (np.abs(z) >= self.closed.largest_stable) & ((s.imag >= 0) | (z.imag == 0))
         return tuple(float(abs(p) / (2 * np.pi)) for p in s[bad][np.argsort(-np.abs(z[bad]))])

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,9 +12,10 @@ from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.errors import AccuracyError, InputError, SlewctlError
 from slewctl.measured.estimate import estimate_response
+from slewctl.measured.fit_record import Solution, fit_record
 from slewctl.measured.fit_result import Estimate
 from slewctl.measured.log import Log
-from slewctl.measured.record_data import RecordData, Remainder
+from slewctl.measured.record_data import RecordData
 from slewctl.measured.response import Response
 from slewctl.measured.response_data import ResponseData, channel_of, highest_seen, thinned
 from slewctl.measured.rig_fit_result import RigFit
@@ -31,24 +31,13 @@ from slewctl.plant.dead_time import loop_dead_time
 # A direction is not determined in which a change as large as the properties themselves makes
 # less than this, in standard deviations, or, relative to the best known, less than rounding.
 _VISIBLE, _ROUNDING = 0.3, 1e-6
-# Rounds of fitting and reading the noise from what is left, at most; and the change, in
-# standard deviations, that ends them.
-_ROUNDS, _SETTLED = 8, 0.05
 # Steps of the first descents, how many go on and for how long, and the fall of the squares
 # that ends them.
-_FIRST, _SECONDS, _SECOND, _ROUGH = 6, 2, 40, 1e-3
-# Rounds in which the state may be anything, after the first, so that it hides what is not near.
-_FREE = 1
-# Steps of one round on a record, and the relative fall of the squares that ends the first
-# round and the others.
-_EACH, _COARSE, _FINE = 12, 1e-5, 1e-8
+_FIRST, _SHORT, _SECONDS, _SECOND, _ROUGH = 6, 1e-8, 2, 40, 1e-3
 # Mean cosine of the phase by which measured and fitted response differ: they are opposite.
 _MIRRORED = -0.3
 # Of an encoder's rounding: more noise than this is something else.
 _QUIET = 2.0
-# Deviations from which dry friction is there, and its share of the input that is worth a word:
-# where the hub nearly stands, noise has a say in the sign of its rate.
-_CLEAR, _WORTH = 5.0, 1e-3
 _FAR = 30.0  # a factor from where it started that is worth a word
 _NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
 
@@ -75,39 +64,12 @@ def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
     near = _near(problem, data)
     _check_sign(problem.rig_at(near), data)
     if log:
-        solution = _on_record(
+        solution = fit_record(
             problem, RecordData(log, data.modes, highest, problem.rig_at(near).delay), near
         )
     else:
         solution = _on_response(problem, data, near)
     return _result(problem, data, response, log, solution)
-
-
-@dataclass(frozen=True, eq=False)
-class _Solution:
-    """Coordinates of least squares, with what says how well they are known.
-
-    Attributes
-    ----------
-    coordinates : ndarray, shape (n,)
-    jacobian : ndarray, shape (m, n)
-        Of residuals in standard deviations.
-    scatter : float
-        What these deviations are multiplied with to be those seen.
-    spare : int
-        Residuals beyond the properties.
-    noise : float
-        Of a log: of an encoder's rounding.
-    dry : tuple of float
-        Of a log of the hub angle: dry friction in the actuator's unit, and its deviation.
-    """
-
-    coordinates: Array
-    jacobian: Array
-    scatter: float
-    spare: int
-    noise: float = np.nan
-    dry: tuple[float, float] = (np.nan, np.nan)
 
 
 def _near(problem: RigProblem, data: ResponseData) -> Array:
@@ -138,7 +100,7 @@ def _near(problem: RigProblem, data: ResponseData) -> Array:
         return [end for _, end in sorted(ends, key=lambda pair: pair[0])]
 
     starts = problem.starts(data.magnitudes_off, settle)
-    rough = descended(starts, _FIRST, _FINE)
+    rough = descended(starts, _FIRST, _SHORT)
     best = descended(rough[:_SECONDS], _SECOND, _ROUGH)
     if not best:
         raise AccuracyError(
@@ -161,7 +123,7 @@ def _check_sign(rig: Rig, data: ResponseData) -> None:
         )
 
 
-def _on_response(problem: RigProblem, data: ResponseData, start: Array) -> _Solution:
+def _on_response(problem: RigProblem, data: ResponseData, start: Array) -> Solution:
     def residual(x: Array) -> Array:
         return data.residual(problem.rig_at(x))
 
@@ -175,77 +137,7 @@ def _on_response(problem: RigProblem, data: ResponseData, start: Array) -> _Solu
     scatter = float(np.sqrt(np.sum(np.minimum(left**2, 9 * np.median(left**2))) / spare))
     if data.scatter_known:
         scatter = max(scatter, 1.0)
-    return _Solution(best, jacobian(best), scatter, spare)
-
-
-def _on_record(problem: RigProblem, data: RecordData, start: Array) -> _Solution:
-    """Refine on the log itself, the noise read anew from what is left in every round."""
-    x = start
-    for round_ in range(_ROUNDS):
-        if round_:
-            remainder = data.state_part(problem.rig_at(x))
-            data.weigh(remainder, _slopes(problem, data, remainder, x))
-        if round_ > _FREE:
-            data.expect(problem.rig_at(x))
-        before, x = x, _descend_record(problem, data, x, fine=round_ > _FREE)
-        remainder = data.state_part(problem.rig_at(x))
-        moved = remainder.without(data.errors(problem.rig_at(before))) - remainder.vector
-        if round_ > _FREE and np.linalg.norm(moved) < _SETTLED * np.sqrt(len(x)):
-            break
-    jacobian = _slopes(problem, data, remainder, x, two_sided=True)
-    spare = max(len(remainder.vector) - remainder.taken - len(x), 1)
-    scatter = float(np.sqrt(remainder.vector @ remainder.vector / spare))
-    return _Solution(x, jacobian, scatter, spare, data.times_rounding, data.dry_friction(remainder))
-
-
-def _slopes(
-    problem: RigProblem,
-    data: RecordData,
-    remainder: Remainder,
-    x: Array,
-    *,
-    two_sided: bool = False,
-) -> Array:
-    """Return the derivatives of what is left by the coordinates, shape (2k, n)."""
-    of = partial(_without_state, data, remainder)
-    return problem.differences(of, x, None if two_sided else remainder.vector)
-
-
-def _without_state(data: RecordData, remainder: Remainder, rig: Rig) -> Array:
-    """Return what is left at a rig, with a state that gained as much as at the one before.
-
-    Its derivative is that of what is left with the state eliminated, but for a term of second
-    order in the noise (L. Kaufman, BIT 15 (1975) 49–57).
-    """
-    return remainder.without(data.errors(rig, remainder.gained))
-
-
-def _descend_record(problem: RigProblem, data: RecordData, start: Array, *, fine: bool) -> Array:
-    """Return where a descent ends; a fine one takes derivatives of second order.
-
-    Those of first order are wrong by half a step times the curvature, which in a light mode
-    that stands far above the noise moves the least squares by several deviations.
-    """
-    kept: dict[bytes, Remainder] = {}
-
-    def part(x: Array) -> Remainder:
-        key = x.tobytes()
-        if key not in kept:
-            kept.clear()
-            kept[key] = data.state_part(problem.rig_at(x))
-        return kept[key]
-
-    def jacobian(x: Array) -> Array:
-        return _slopes(problem, data, part(x), x, two_sided=fine)
-
-    return problem.descend(
-        lambda x: part(x).vector,
-        jacobian,
-        start,
-        robust=False,
-        steps=_EACH,
-        tolerance=_FINE if fine else _COARSE,
-    )
+    return Solution(best, jacobian(best), scatter, spare)
 
 
 def _result(
@@ -253,7 +145,7 @@ def _result(
     data: ResponseData,
     response: Response,
     log: Log | None,
-    solution: _Solution,
+    solution: Solution,
 ) -> RigFit:
     x = solution.coordinates
     sizes = np.where(problem.logarithmic, 1.0, np.maximum(x, 1.0))
@@ -326,7 +218,7 @@ def _roots(
     return tuple(found)
 
 
-def _remarks(fit: RigFit, data: ResponseData, solution: _Solution) -> list[str]:
+def _remarks(fit: RigFit, data: ResponseData, solution: Solution) -> list[str]:
     told = [
         f"{each.name} is hardly determined: its deviation is {each.standard_deviation / size:.0%} "
         "of it"
@@ -348,8 +240,8 @@ def _remarks(fit: RigFit, data: ResponseData, solution: _Solution) -> list[str]:
         )
     if fit.log is None and not data.scatter_known:
         told.append(f"scatter: {fit.scatter:.2g} relative, from the residuals")
-    dry, deviation = solution.dry
-    if fit.log and dry > max(_CLEAR * deviation, _WORTH * float(np.std(fit.log.input))):
+    dry, _ = solution.dry
+    if np.isfinite(dry):
         told.append(
             f"dry friction of about {dry:.2g} {unit_of(data.channel.actuator)} at the hub is told "
             "apart by the sign of its rate; with it the intervals are optimistic"

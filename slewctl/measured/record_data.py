@@ -18,10 +18,11 @@ from scipy.linalg import qr
 from scipy.special import digamma, polygamma
 
 from slewctl._types import Array, ComplexArray, IntArray
+from slewctl.measured.dry_friction import RUBBED, STEPS, Rubbing, at_the_drive, pushes
 from slewctl.measured.estimate import noise_power
 from slewctl.measured.log import Log
 from slewctl.measured.response_data import channel_of
-from slewctl.measured.rig_model import HeldRig, Modes, equations, hold
+from slewctl.measured.rig_model import HeldRig, Modes, equations
 from slewctl.measured.rig_parameters import Rig
 from slewctl.numerics.frequency_response import FrequencyResponse, axis_points
 from slewctl.numerics.linear_system import LinearSystem
@@ -37,6 +38,10 @@ _FEW = 2
 _LEAST_LEFT = 1e-3
 # A state of so many deviations is seen in the log itself.
 _SEEN = 5.0
+# Deviations from which dry friction is there, and its share of the input that is worth a word.
+_CLEAR, _WORTH = 5.0, 1e-3
+# Where there is no dry friction: so much of what the input moves by.
+_LEAST_DRY = 1e-6
 # Relative size of a direction in which the state's part does not count.
 _DEPENDENT = 1e-12
 
@@ -76,11 +81,14 @@ class RecordData:
         self._bins = bins
         self._pull: Array = np.zeros(0)
         self.Y = self._transform(log.output[self.late + 1 :])
-        # Dry friction has the sign of the rate from each sample to the next.
-        rates = np.sign(np.diff(log.output, append=log.output[-1]))
-        turns = log.sensor == "theta"
-        self._rubs = self._transform(rates[self.late + 1 :]) if turns else None
+        self._log = log
+        self._rubs: ComplexArray | None = None
+        if log.sensor == "theta":
+            # To begin with, that of the angle from each sample to the next.
+            rates = np.sign(np.diff(log.output, append=log.output[-1]))
+            self._rub(np.repeat(rates[:, None], STEPS, axis=1))
         self.weight: Array = 1 / np.sqrt(noise_power(log, self.omega))
+        self._read = False  # whether these weights come from what a fit left
 
     def _transform(self, column: Array) -> ComplexArray:
         return np.asarray(np.fft.rfft(column)[self._bins] / np.sqrt(self.count))
@@ -101,25 +109,32 @@ class RecordData:
             size = len(held.transition)
             wanted.append(gained[:size])
             if self._rubs is not None:
-                wanted.append(self._at_once(system) * gained[size])
+                wanted.append(self._pushes(rig, system) * gained[size])
         seen = held.rows(self.omega, np.column_stack(wanted)).T
         found = self._errors(held, seen[0], seen[1], float(system.D[0, 0]), rig.gain)
         if len(seen) > 2:
             found -= self.z * seen[2]
         if len(seen) > 3 and self._rubs is not None:
-            found += seen[3] * self._rubs
+            found += np.einsum("mk,km->k", seen[3:], self._rubs)
         return found
 
-    def _at_once(self, system: LinearSystem) -> Array:
-        """Return what an input of one in a sample makes of the state."""
-        return hold(system.A, system.B[:, 0], self.channel.sample_time)[1]
+    def _rub(self, signs: Array) -> None:
+        """Take dry friction to have these signs in the steps of each sample, shape (n, steps)."""
+        self._rubs = np.column_stack([self._transform(part[self.late + 1 :]) for part in signs.T])
 
-    def _columns(self, system: LinearSystem, rows: ComplexArray) -> ComplexArray:
+    def _pushes(self, rig: Rig, system: LinearSystem) -> Array:
+        return pushes(system, self._where_it_rubs(rig), self.channel.sample_time)
+
+    def _where_it_rubs(self, rig: Rig) -> Array:
+        return at_the_drive(rig.arm, self.channel.actuator, self.channel.sensor, self.modes)
+
+    def _columns(self, rig: Rig, system: LinearSystem, rows: ComplexArray) -> ComplexArray:
         """Return what a state that gains one gives at each bin, and what dry friction of one."""
         state = rows * self.z[:, None]
         if self._rubs is None:
             return state
-        return np.column_stack([state, -(rows @ self._at_once(system)) * self._rubs])
+        dry = np.einsum("km,km->k", rows @ self._pushes(rig, system), self._rubs)
+        return np.column_stack([state, -dry])
 
     def _errors(
         self,
@@ -146,7 +161,7 @@ class RecordData:
         rows = held.rows(self.omega)
         now, before = rows @ held.now, rows @ held.before
         errors = self._errors(held, now, before, float(system.D[0, 0]), rig.gain)
-        return Remainder(errors, self._columns(system, rows), self.weight, self._pull)
+        return Remainder(errors, self._columns(rig, system, rows), self.weight, self._pull)
 
     def expect(self, rig: Rig) -> None:
         """Take from a rig how large its state may be, and what it gains over the record.
@@ -179,18 +194,49 @@ class RecordData:
     def dry_friction(self, remainder: Remainder) -> tuple[float, float]:
         """Return the dry friction that a log of the hub angle shows, with its deviation.
 
-        In the actuator's unit; NaN of another sensor's log.
+        In the actuator's unit; NaN of another sensor's log, and where there is none.
         """
         if self._rubs is None:
             return float("nan"), float("nan")
         return float(remainder.gained[-1]), float(remainder.deviation[-1])
+
+    def rub(self, rig: Rig, remainder: Remainder) -> Remainder:
+        """Take the sign of dry friction from a rig that has as much as is left, led by the log.
+
+        Where none stands out of the noise there is none from here on.  Return what is left.
+        """
+        if self._rubs is None:
+            return remainder
+        channel, log = self.channel, self._log
+        system = equations(rig.arm, channel.actuator, channel.sensor, self.modes, beside=(RUBBED,))
+        moves = float(np.std(log.input))
+        dry = max(self.dry_friction(remainder)[0], _LEAST_DRY * moves)
+        model = Rubbing.of(
+            system, self._where_it_rubs(rig), channel.sample_time, rig.delay, dry, self.noise
+        )
+        self._rub(model.signs(rig.gain * log.input, log.output, dry))
+        remainder = self.state_part(rig)
+        dry, deviation = self.dry_friction(remainder)
+        if self._read and not dry > max(_CLEAR * deviation, _WORTH * moves):
+            self._rubs = None
+            return self.state_part(rig)
+        return remainder
+
+    def unlikely(self, rig: Rig) -> float:
+        """Return −2 ln of the likelihood at a rig with the noise that it leaves, but a constant."""
+        return 2 * float(np.sum(np.log(smooth(np.abs(self.state_part(rig).left) ** 2))))
+
+    @property
+    def noise(self) -> float:
+        """Deviation of the noise, in the median of its spectrum."""
+        return float(np.sqrt(np.median(1 / self.weight**2)))
 
     @property
     def times_rounding(self) -> float:
         """How many times an encoder's rounding the noise is, in the median; NaN without one."""
         if not self._rounding:
             return float("nan")
-        return float(np.sqrt(np.median(1 / self.weight**2))) / self._rounding
+        return self.noise / self._rounding
 
     def weigh(self, remainder: Remainder, jacobian: Array) -> None:
         """Take the spectrum of the noise from what is left at a rig.
@@ -206,6 +252,7 @@ class RecordData:
         """
         free = remainder.free(jacobian)
         self.weight = 1 / np.sqrt(smooth(np.abs(remainder.left) ** 2, free))
+        self._read = True
 
 
 class Remainder:

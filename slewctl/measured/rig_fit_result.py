@@ -21,7 +21,7 @@ from slewctl.measured.log import Log
 from slewctl.measured.response import Response
 from slewctl.measured.response_data import channel_of, rig_response
 from slewctl.measured.rig_model import Modes
-from slewctl.measured.rig_parameters import Rig
+from slewctl.measured.rig_parameters import DELAY, Rig
 from slewctl.measured.roots import Root
 
 # Keys of `slewctl.arm.vary` for what a fit adjusts; of the factors, times what was found.
@@ -34,6 +34,8 @@ _KEYS = {
     "hub.inertia": "hub_inertia",
     "hub.radius": "hub_radius",
     "hub.friction": "hub_friction",
+    "joint.stiffness": "joint_stiffness",
+    DELAY: "actuator_delay",
 }
 
 
@@ -56,7 +58,8 @@ class RigFit(Described):
     estimates : tuple of Estimate, length n
         The adjusted properties, in the order asked for.
     of_arm, logarithmic : tuple of bool, length n
-        Whether a property is the arm's; whether its logarithm is taken as normal.
+        Whether a property is the arm's, its drive's dead time included; whether its logarithm
+        is taken as normal.
     covariance : ndarray, shape (n, n)
         Of the properties in their units, linearised; NaN where one is not determined.
     undetermined : tuple of tuple of str
@@ -136,9 +139,8 @@ class RigFit(Described):
         """Return the arm's uncertainty as ``[variations]`` of a design file.
 
         They are the ends of the principal axes of the confidence ellipsoid of the arm's
-        properties, two a property, widest axis first.  Gain, which belongs to no arm, and dead
-        time, which the arm has as it was found, are left out; what the measurement does not
-        determine cannot be varied.
+        properties and of the dead time, two a property, widest axis first.  The gain, which
+        belongs to no arm, is left out; what the measurement does not determine cannot be varied.
 
         Parameters
         ----------
@@ -179,6 +181,10 @@ class RigFit(Described):
             else:
                 key = _KEYS[name]
                 told[key] = moved / value if key.endswith("_factor") else moved
+        if DELAY in names:
+            # The sensor keeps its part of the whole.
+            own = self.arm.sensor(self.response.sensor).delay
+            told[_KEYS[DELAY]] = max(told[_KEYS[DELAY]] - own, 0.0)
         if ratios:
             told["damping_ratio"] = ratios
         return told

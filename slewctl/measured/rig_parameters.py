@@ -89,8 +89,8 @@ class Parameter:
 
     @property
     def of_arm(self) -> bool:
-        """Whether it is a property of the arm."""
-        return self.name not in (GAIN, DELAY)
+        """Whether it is a property of the arm, its drive's dead time included."""
+        return self.name != GAIN
 
 
 def parameters(arm: Arm, free: object, channel: Channel, highest_hz: float) -> list[Parameter]:

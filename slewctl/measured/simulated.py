@@ -16,8 +16,9 @@ from slewctl.errors import (
     check_nonnegative,
     check_positive,
 )
+from slewctl.measured.dry_friction import RUBBED, at_the_drive, mean_sign
 from slewctl.measured.log import Log
-from slewctl.measured.rig_model import HeldRig, Modes, equations
+from slewctl.measured.rig_model import HeldRig, Modes, equations, hold
 from slewctl.model.assembly import check_arm
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.dead_time import loop_dead_time
@@ -101,9 +102,7 @@ def simulated_log(
     told = np.asarray(excitation, dtype=float)
     check_signals([sensor], "sensor", arm.beam)
     driven: Actuator = "voltage" if actuator == "voltage" else "torque"
-    system = equations(
-        arm, driven, sensor, Modes(check_count(modes, "modes")), beside=("theta_dot",)
-    )
+    system = equations(arm, driven, sensor, Modes(check_count(modes, "modes")), beside=(RUBBED,))
     late = delay + loop_dead_time(arm, [sensor])
     disturbance = np.random.default_rng(seed).normal(0.0, 1.0, len(told)) * noise
     step = 0.0
@@ -113,7 +112,8 @@ def simulated_log(
                 f"{sensor} is no angle", where="counts_per_turn", remedy="leave it out"
             )
         step = 2 * np.pi / check_positive(counts_per_turn, "counts_per_turn")
-    rig = _Rig(system, T, dry_friction / drive(arm, driven)[0])
+    rubs = at_the_drive(arm, driven, sensor, Modes(modes))
+    rig = _Rig(system, T, dry_friction / drive(arm, driven)[0], rubs)
     law = _Law(feedback) if feedback is not None else None
     inputs, output = rig.run(told, gain, late, disturbance, step, law)
     return Log(T, inputs, output, told if law else None, actuator, sensor)
@@ -139,11 +139,12 @@ class _Law:
 class _Rig:
     """The arm, in steps of a sample, or of a tenth of one where dry friction is held in each."""
 
-    def __init__(self, system: LinearSystem, sample_time: float, dry: float) -> None:
+    def __init__(self, system: LinearSystem, sample_time: float, dry: float, rubs: Array) -> None:
         self.steps = _STEPS if dry else 1
         self.T = sample_time
         self.system = system
         self.dry = dry  # in the actuator's unit
+        self.rubs = rubs
 
     def run(
         self, told: Array, gain: float, delay: float, noise: Array, step: float, law: _Law | None
@@ -151,10 +152,9 @@ class _Rig:
         """Return the inputs and the measured outputs."""
         h = self.T / self.steps
         rig = HeldRig.of(self.system, h, delay)
-        friction = HeldRig.of(self.system, h).now
+        friction = hold(self.system.A, self.rubs, h)[1]
         rate = self.system.C[-1]
-        # Dry friction stops the hub within a step and does no more.
-        slow = self.dry * abs(float(rate @ friction))
+        halts = self.dry * float(rate @ friction)
         through = float(self.system.D[0, 0])
         queue = np.zeros(rig.whole + 1 + self.steps * len(told))
         inputs, outputs = np.empty(len(told)), np.empty(len(told))
@@ -175,6 +175,7 @@ class _Rig:
             for m in range(first, first + self.steps):
                 x_next = rig.transition @ x + rig.now * queue[m + 1] + rig.before * queue[m]
                 if self.dry:
-                    x_next -= friction * (self.dry * np.tanh(rate @ x / slow))
+                    sign = mean_sign(float(rate @ x), float(rate @ x_next), halts)
+                    x_next -= friction * (self.dry * sign)
                 x = x_next
         return inputs, outputs

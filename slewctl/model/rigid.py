@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from slewctl.arm import Arm, Beam, Hub
-from slewctl.basis import Polynomial
+from slewctl.basis import bases_of
 from slewctl.model.assembly import assemble
 
 
@@ -78,7 +78,7 @@ def total_inertia(arm: Arm) -> float:
     >>> round(total_inertia(arm), 4)
     0.3944
     """
-    return float(assemble(arm, Polynomial(1)).mass[0, 0])
+    return float(assemble(arm, bases_of(arm)[-1], 1).mass[0, 0])
 
 
 @lru_cache(maxsize=256)

@@ -30,8 +30,8 @@ def balance_system(
     """
     whole = np.zeros((len(A) + 1, len(A) + 1))
     whole[:-1, :-1] = np.abs(A)
-    whole[:-1, -1] = np.linalg.norm(B, axis=1)
-    whole[-1, :-1] = np.linalg.norm(C, axis=0)
+    whole[:-1, -1] = _norms(B)
+    whole[-1, :-1] = _norms(C.T)
     scale = balance(whole)
     return np.asarray(scale[:-1] / scale[-1])
 
@@ -47,9 +47,16 @@ def balance_realisation(A: Array, B: Array, C: Array) -> Array:
         return np.ones(0)
     inner = balance(A)
     A, B, C = A / inner[:, None] * inner, B / inner[:, None], C * inner
-    b, c = np.linalg.norm(B, axis=1), np.linalg.norm(C, axis=0)
-    through = np.linalg.norm(b) ** 0.5 * np.linalg.norm(c) ** 0.5
+    b, c = _norms(B), _norms(C.T)
+    through = float(np.prod(_norms(np.vstack([b, c])) ** 0.5))
     if not through:
         return inner
     unit = (np.linalg.norm(A) or 1.0) / through
     return inner * balance_system(A, unit * B, unit * C)
+
+
+def _norms(rows: Array | ComplexArray) -> Array:
+    """Return the norms of rows, whose squares need not be numbers."""
+    largest = np.abs(rows).max(axis=1, initial=0.0)
+    unit = np.ldexp(1.0, np.frexp(largest)[1])  # no digit changes
+    return np.asarray(np.linalg.norm(rows / unit[:, None], axis=1) * unit)

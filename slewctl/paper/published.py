@@ -1,13 +1,16 @@
 """The paper's printed numbers, digit by digit, and its printed asymptotic formulas.
 
-"New admissible functions for the dynamic analysis of a slewing flexible beam": Table 1
-(roots βL), Tables 2 and 3 (frequencies in Hz), and the eigenvector matrices of eq. 49
-and 50.  Nothing here is corrected; `slewctl.paper.errata` says what is wrong.
+`CITATION` says where: Table 1 (roots βL), Tables 2 and 3 (frequencies in Hz), and the
+eigenvector matrices of eq. 49 and 50.  Nothing here is corrected; `slewctl.paper.errata` says
+what is wrong.
 """
 
 from __future__ import annotations
 
 import math
+
+TITLE = "New admissible functions for the dynamic analysis of a slewing flexible beam"
+CITATION = f"M. K. Kwak, “{TITLE}”, Journal of Sound and Vibration 210(5), 581–594, 1998"
 
 # How many digits after the point the paper prints.
 ROOT_DECIMALS = 8

@@ -9,13 +9,19 @@ if TYPE_CHECKING:
     from slewctl.report.export import check_parquet
     from slewctl.report.identification import write_identification
     from slewctl.report.paper import write_paper
+    from slewctl.report.printed import write_figures
+    from slewctl.report.shaping import write_shaping
+    from slewctl.report.simulation import write_simulation
     from slewctl.report.study import write_study
 
 __all__ = [
     "check_parquet",
     "write_comparison",
+    "write_figures",
     "write_identification",
     "write_paper",
+    "write_shaping",
+    "write_simulation",
     "write_study",
 ]
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +16,13 @@ from slewctl.compare import (
     Comparison,
     Evaluation,
     Quantity,
-    Reading,
+    quantities_of,
     read,
     sampling_loss,
 )
 from slewctl.compare.quantities import WEIGHTED, Kind
-from slewctl.report.comparison_figures import (
-    bode_figure,
-    ladder_figure,
-    nichols_figure,
-    poles_figure,
-    shapes_figure,
-    slew_figure,
-)
+from slewctl.report.comparison_figures import figures, looks
+from slewctl.report.comparison_tables import TABLES, file_name, known, readings
 from slewctl.report.export import (
     csv_text,
     json_text,
@@ -45,6 +40,7 @@ def write_comparison(
     *,
     as_parquet: bool = False,
     sections: Sequence[Mapping[str, Any]] | None = None,
+    split: bool = False,
 ) -> Path:
     """Write the report of a comparison and return the path of its page.
 
@@ -59,6 +55,8 @@ def write_comparison(
         Whether to write every table as Parquet too, which needs pyarrow.
     sections : sequence of mapping, optional
         What `section` returned of each case, where it was drawn in another process.
+    split : bool
+        Whether every design gets a page of its own, and ``index.html`` leads to them.
 
     Returns
     -------
@@ -85,11 +83,11 @@ def write_comparison(
         sections = [section(k, case) for k, case in enumerate(comparison.cases)]
     results = {"versions": versions(), "cases": [_record(c) for c in comparison.cases]}
     files: dict[str, str | bytes] = {
-        "index.html": render("comparison.html", cases=sections),
-        "index.md": render("comparison.md", cases=sections),
+        **_pages(sections, split),
+        "index.md": render("comparison.md", cases=sections, **_asked(sections)),
         "results.json": json_text(results),
     }
-    for name, (rows, long) in _TABLES.items():
+    for name, (rows, long) in TABLES.items():
         table = list(rows(comparison))
         files[f"{name}.csv.gz" if long else f"{name}.csv"] = (
             packed_csv(table) if long else csv_text(table)
@@ -98,6 +96,31 @@ def write_comparison(
             files[f"{name}.parquet"] = parquet(table)
     write_files(folder, files)
     return folder / "index.html"
+
+
+def _pages(sections: Sequence[Mapping[str, Any]], split: bool) -> dict[str, str]:
+    """Return one page of all designs, or a page of each and one that leads to them."""
+    files = [file_name(s["case"].name, k) + ".html" for k, s in enumerate(sections)]
+    addresses = files if split else ["#" + s["anchor"] for s in sections]
+    cases = [{**s, "address": at} for s, at in zip(sections, addresses, strict=True)]
+    shared = {"cases": cases, **_asked(sections)}
+    told = [] if split else cases
+    pages = {"index.html": render("comparison.html", told=told, alone=None, **shared)}
+    if split:
+        for name, case in zip(files, cases, strict=True):
+            pages[name] = render("comparison.html", told=[case], alone=case, **shared)
+    return pages
+
+
+def _asked(sections: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the requirements of all designs: which there are, how many, and how many fail."""
+    verdicts = [v for s in sections for arm in s["verdicts"].values() for v in arm.values()]
+    names = {v["quantity"] for v in verdicts}
+    return {
+        "required": [q for q in QUANTITIES.values() if q.name in names],
+        "asked": len(verdicts),
+        "failures": sum(not v["passed"] for v in verdicts),
+    }
 
 
 def _record(result: CaseResult) -> dict[str, Any]:
@@ -110,7 +133,7 @@ def _record(result: CaseResult) -> dict[str, Any]:
             {
                 "quantity": followed.quantity.name,
                 "converged": followed.converged,
-                "seen": [{"modes": s.modes, "value": _known(s.reading)} for s in followed.seen],
+                "seen": [{"modes": s.modes, "value": known(s.reading)} for s in followed.seen],
             }
             for followed in result.followed
         ],
@@ -131,9 +154,9 @@ def _evaluation(e: Evaluation) -> dict[str, Any]:
         "unstable_hz": e.judgement.unstable_hz,
         **_before_sampling(e),
         "quantities": {
-            name: {"value": _known(reading)}
+            name: {"value": known(reading)}
             | {key: said for key, said in reading._asdict().items() if said and key != "value"}
-            for name, reading in _readings(e).items()
+            for name, reading in readings(e).items()
         },
     }
 
@@ -154,23 +177,36 @@ def _before_sampling(e: Evaluation) -> dict[str, Any]:
     loss = sampling_loss(e.judgement)
     if loss is None:
         return {}
-    return {"continuous": {name: _known(reading) for name, reading in loss.continuous.items()}}
+    return {"continuous": {name: known(reading) for name, reading in loss.continuous.items()}}
 
 
-def _readings(e: Evaluation) -> dict[str, Reading]:
-    return {name: read(e.judgement, name) for name in QUANTITIES}
+def section(
+    place: int, result: CaseResult, verdicts: Iterable[Mapping[str, Any]] = ()
+) -> dict[str, Any]:
+    """Return what the page shows of one case, its figures included.
 
+    Parameters
+    ----------
+    place : int
+        The case's own number.
+    result : CaseResult
+    verdicts : iterable of mapping
+        Of each requirement: ``arm``, ``requirement``, ``quantity``, ``passed``, the numbers
+        ``number`` and ``bound``, and as text ``value``, ``limit``, ``place`` and ``note``.
 
-def _known(reading: Reading) -> float | None:
-    return None if math.isnan(reading.value) else reading.value
-
-
-def section(place: int, result: CaseResult) -> dict[str, Any]:
-    """Return what the page shows of one case, its figures included; `place` is its own number."""
+    Returns
+    -------
+    dict
+    """
     anchor = f"case-{place}"
+    by_arm: dict[str, dict[str, Mapping[str, Any]]] = {}
+    for verdict in verdicts:
+        by_arm.setdefault(verdict["arm"], {})[verdict["quantity"]] = verdict
     return {
         "result": result,
         "anchor": anchor,
+        "verdicts": by_arm,
+        "failed": [v for arm in by_arm.values() for v in arm.values() if not v["passed"]],
         "case": result.case,
         "truth": result.truth,
         "chosen": result.chosen,
@@ -179,21 +215,30 @@ def section(place: int, result: CaseResult) -> dict[str, Any]:
         "proof": _proof(result.chosen),
         "sampling": sampling_loss(result.chosen.judgement),
         "ratios": np.atleast_1d(result.case.arm.damping_ratio).tolist(),
-        "rows": [(e, _readings(e)) for e in result.evaluations],
+        "rows": [(e, readings(e)) for e in result.evaluations],
         "groups": _groups(result),
         "bases": [(basis, _row(result, basis)) for basis in _bases(result)],
         "orders": sorted({e.n for e in result.evaluations}),
         "unstable": [e for e in result.evaluations if not e.stable],
         "saturating": [e for e in result.evaluations if e.stable and e.judgement.saturation],
         "inputs": _inputs(result),
-        "figures": [
-            *([(shapes_figure(result, f"s{place}"), SHAPES)] if result.shapes else []),
-            (ladder_figure(result, f"l{place}"), LADDER),
-            (poles_figure(result, f"p{place}"), POLES),
-            (bode_figure(result, f"b{place}"), BODE),
-            (nichols_figure(result, f"n{place}"), NICHOLS),
-            (slew_figure(result, f"t{place}"), SLEW),
-        ],
+        **_drawn(result),
+    }
+
+
+def _drawn(result: CaseResult) -> dict[str, Any]:
+    """Return a case's figures, and what the page's script and the legend need of them."""
+    designs = looks(result)
+    return {
+        "figures": [(kind, plot.svg(), caption) for kind, plot, caption in figures(result)],
+        "beside": [],
+        "designs": designs,
+        "names": json.dumps([look["label"] for look in designs], ensure_ascii=False),
+        "modes": json.dumps([float(f"{hz:.6g}") for hz in result.truth.frequencies_hz]),
+        "looks": ";".join(
+            f"--c{k}:{look['colour']};--d{k}:{look['dashes'] or 'none'}"
+            for k, look in enumerate(designs)
+        ),
     }
 
 
@@ -212,9 +257,10 @@ def _groups(result: CaseResult) -> list[tuple[str, list[Quantity]]]:
     Without limits and noise there is no cost, and no level under noise.
     """
     motor = result.case.arm.motor is not None
+    quantities = quantities_of(result.case.slew)
     weighted = result.case.objective.weighted
     return [
-        (title, [q for q in QUANTITIES.values() if q.kind in kinds and (motor or q.unit != "V")])
+        (title, [q for q in quantities if q.kind in kinds and (motor or q.unit != "V")])
         for title, kinds in _TABLES_OF_KINDS.items()
         if weighted or not set(kinds) & set(WEIGHTED)
     ]
@@ -235,35 +281,6 @@ def _unbounded(chosen: Evaluation) -> str:
     return loss.note if math.isinf(loss.value) else ""
 
 
-SHAPES = (
-    "Arc displacement of the design model's modes (lines) over those of the truth (grey). "
-    "Where a line leaves the grey band the design sees a mode that the arm does not have."
-)
-LADDER = (
-    "The spillover ladder: each controller meets the first N modes of the truth, for every N from "
-    "those that it was designed on (a given law: from one). A cross on the axis is an unstable "
-    "loop; where the lines are level, more modes change nothing."
-)
-POLES = (
-    "Closed-loop poles on the truth. Every pole must decay: the shaded ground and the stars "
-    "mark poles that grow. The row of poles on the right is the arm's own damping of modes "
-    "that the controller does not know."
-)
-BODE = (
-    "Return ratio L = −K(s)G(s) on the truth, drawn densely at every resonance. Each peak "
-    "above 0 dB must arrive with a safe phase."
-)
-NICHOLS = (
-    "The same return ratio as a Nichols plot. The red cross is the critical point; the loops "
-    "are the resonances, and how they pass the cross decides stability. What stays below −20 dB is "
-    "left out. Where designs agree, the last one hides the others."
-)
-SLEW = (
-    "The slew on the truth: tip position, its error against the rigid arm, and torque. "
-    "Drawn as if the drive had no limits; unstable loops are left out."
-)
-
-
 def _bases(result: CaseResult) -> list[str]:
     return list(dict.fromkeys(e.basis for e in result.evaluations))
 
@@ -275,99 +292,3 @@ def _row(result: CaseResult, basis: str) -> dict[int, Evaluation]:
 def _inputs(result: CaseResult) -> str:
     case = to_plain(result.case)
     return json_text({key: item for key, item in case.items() if key not in ("name", "title")})
-
-
-def _each(comparison: Comparison) -> Iterator[tuple[CaseResult, Evaluation]]:
-    for case in comparison.cases:
-        for evaluation in case.evaluations:
-            yield case, evaluation
-
-
-# Kinds of quantities that are reached at a frequency.
-_PLACED: tuple[Kind, ...] = ("margin", "sensitivity", "pole")
-
-
-def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
-    for case, e in _each(comparison):
-        found: dict[str, Any] = {
-            "case": case.case.name,
-            **e.origin.cells,
-            "chosen": e is case.chosen,
-            "verified": e.verified,
-            "unstable_hz": None if e.stable else e.judgement.unstable_hz[0],
-            "worst_frequency_error": e.worst_frequency_error,
-            "expected_cost": e.controller.h2_cost,
-            "optimal_cost": case.truth.optimal_cost,
-            "margins_confirmed": e.judgement.margins.confirmed if e.stable else None,
-        }
-        for name, reading in _readings(e).items():
-            found[name] = e.stable if name == "stable" else _known(reading)
-            if QUANTITIES[name].kind in _PLACED:
-                found[f"{name}_at_hz"] = reading.frequency_hz if e.stable else None
-        yield found
-
-
-def _truth_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
-    for case in comparison.cases:
-        for mode, frequency in enumerate(case.truth.frequencies_hz, start=1):
-            yield {"case": case.case.name, "mode": mode, "frequency_hz": frequency}
-
-
-def _pole_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
-    for case, e in _each(comparison):
-        for pole in e.judgement.poles:
-            yield {
-                "case": case.case.name, **e.origin.cells,
-                "real": pole.real, "imag": pole.imag,
-            }  # fmt: skip
-
-
-def _loop_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
-    for case in comparison.cases:
-        for curve in case.curves:
-            columns = (curve.frequency_hz, curve.gain_db, curve.phase_deg)
-            for f, gain, phase in zip(*(to_plain(c) for c in columns), strict=True):
-                yield {
-                    "case": case.case.name, **curve.origin.cells,
-                    "frequency_hz": f, "gain_db": gain, "phase_deg": phase,
-                }  # fmt: skip
-
-
-def _ladder_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
-    for case in comparison.cases:
-        for ladder in case.ladders:
-            for row in ladder.rows():
-                yield {"case": case.case.name, **ladder.origin.cells, **row}
-
-
-def _slew_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
-    names = ("t", "theta", "tip", "tip_deflection", "torque", "tip_reference")
-    for case in comparison.cases:
-        for curves in case.curves:
-            columns = [to_plain(getattr(curves.slew, name)) for name in names if curves.slew]
-            row = {"case": case.case.name, **curves.origin.cells}
-            for values in zip(*columns, strict=True):
-                yield row | dict(zip(names, values, strict=True))
-
-
-def _shape_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
-    for case in comparison.cases:
-        for source in case.shapes:
-            for mode, shape in enumerate(source.shapes, start=1):
-                for x, value in zip(to_plain(source.x), to_plain(shape), strict=True):
-                    yield {
-                        "case": case.case.name, "source": source.source, "mode": mode,
-                        "x": x, "displacement": value,
-                    }  # fmt: skip
-
-
-# The rows of each table, and whether it is long and therefore packed.
-_TABLES: dict[str, tuple[Callable[[Comparison], Iterable[dict[str, Any]]], bool]] = {
-    "truths": (_truth_rows, False),
-    "designs": (_design_rows, False),
-    "ladders": (_ladder_rows, True),
-    "poles": (_pole_rows, True),
-    "loops": (_loop_rows, True),
-    "slews": (_slew_rows, True),
-    "shapes": (_shape_rows, True),
-}

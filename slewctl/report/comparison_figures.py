@@ -1,80 +1,107 @@
-"""The figures of a comparison report."""
+"""The figures of a comparison report: every design's curves on axes that the page can enlarge."""
 
 from __future__ import annotations
 
-import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator, MultipleLocator
+from collections.abc import Callable, Iterator
+from typing import Any
 
+import numpy as np
+
+from slewctl._types import Array
 from slewctl.compare import CaseResult, Evaluation, LoopCurves, Rung
-from slewctl.report.drawing import ALARM, INK, figure, legend, plain_labels, style, svg
+from slewctl.report.loop_figures import (
+    bode_figure,
+    nichols_figure,
+    nyquist_figure,
+    sensitivity_figure,
+)
+from slewctl.report.palette import colour, dashes
+from slewctl.report.plot import HEIGHT, Panel, Plot, stacked
+from slewctl.report.scale import Axis, around
 
 # Less than a hundredth of a percent lost is drawn as that.
 _LEAST_LOSS = 1e-4
 
-
-def shapes_figure(result: CaseResult, name: str) -> str:
-    """Return the mode shapes of the chosen order on each basis, over the truth's."""
-    modes = len(result.shapes[0].shapes)
-    columns = min(modes, 3)
-    rows = -(-modes // columns)
-    fig, axes = figure(rows, columns, (7.2, 2.3 * rows + 0.4))
-    for k, ax in enumerate(axes):
-        if k >= modes:
-            ax.set_visible(False)
-            continue
-        for i, source in enumerate(result.shapes):
-            looks = style(source.source, i)
-            width = 5.0 if source.source == "truth" else 1.6
-            alpha = 0.45 if source.source == "truth" else 1.0
-            ax.plot(source.x, source.shapes[k], label=source.source, lw=width, alpha=alpha, **looks)
-        ax.set_title(f"mode {k + 1}: {result.truth.frequencies_hz[k]:.4g} Hz")
-        ax.set_xlabel("x (m)")
-    axes[0].set_ylabel("displacement (1/√kg)")
-    legend(axes[0])
-    return svg(fig, name, f"Mode shapes of {result.case.name} by basis over the truth")
+Draw = Callable[[CaseResult], Plot]
 
 
-def ladder_figure(result: CaseResult, name: str) -> str:
+def looks(result: CaseResult) -> list[dict[str, Any]]:
+    """Return the designs that are Plot, in order, with colour and dashes."""
+    return [
+        {
+            "label": _label(curve),
+            "chosen": curve.origin == result.chosen.origin,
+            "colour": colour(curve.origin.basis, k),
+            "dashes": dashes(curve.origin.basis),
+        }
+        for k, curve in enumerate(result.curves)
+    ]
+
+
+def figures(result: CaseResult) -> Iterator[tuple[str, Plot, str]]:
+    """Yield each figure's kind, the figure and its caption."""
+    for kind, (draw, caption) in _FIGURES.items():
+        if kind != "shapes" or result.shapes:
+            yield kind, draw(result), caption
+
+
+def _poles(result: CaseResult) -> Plot:
+    """Return decay rate against frequency of the closed-loop poles on the truth."""
+    designs = [_of(result, curve) for curve in result.curves]
+    found = []
+    for design in designs:
+        poles = design.judgement.poles
+        poles = poles[poles.imag >= 0]
+        found.append((np.abs(poles) / (2 * np.pi), -poles.real))
+    hertz, decay = (np.concatenate(part) for part in zip(*found, strict=True))
+    # The linear part of the axis around zero holds what decays slower than a tenth of
+    # what is usual here.
+    usual = np.median(np.abs(result.chosen.judgement.poles.real))
+    bend = float(10.0 ** np.floor(np.log10(usual) - 1)) if usual else 1.0
+    x = Axis("frequency |s|/2π (Hz)", *_log_ends(hertz), kind="log")
+    low = min(1.5 * float(decay.min()), -bend)
+    y = Axis("decay rate −Re s (1/s)", low, 2 * float(decay.max()) or bend, "symlog", bend)
+    panel = Panel(x, y, 8, HEIGHT, role="poles")
+    edges = np.array([x.low, x.high, x.high, x.low])
+    panel.curve(edges, np.array([0, 0, low, low]), "unstable")
+    panel.across(0, "k")
+    for k, (f, rate) in enumerate(found):
+        known = f > 0
+        panel.dots(f[known], rate[known], f"o{k}")
+        panel.crosses(f[known & (rate <= 0)], rate[known & (rate <= 0)], "critical")
+    return Plot([panel], f"Closed-loop poles of {result.case.name} on the truth")
+
+
+def _ladder(result: CaseResult) -> Plot:
     """Return disk margin and loss of each basis over the number of modes let in."""
     weighted = result.case.objective.weighted
-    fig, axes = figure(1, 1 + weighted, (7.2, 2.7))
-    left = axes[0]
-    highest = 0.0
-    for i, ladder in enumerate(result.ladders):
-        looks = style(ladder.origin.basis, i)
-        modes = [rung.modes for rung in ladder.rungs]
-        lost = [rung.modes for rung in ladder.rungs if not rung.stable]
-        margins = [_value(rung, "disk_margin") for rung in ladder.rungs]
-        left.plot(modes, margins, marker=".", lw=1.3, label=str(ladder.origin), **looks)
-        left.plot(lost, np.zeros(len(lost)), "x", color=looks["color"], clip_on=False)
-        highest = np.nanmax([*margins, highest])
-    left.set_ylim(0, 1.1 * highest or 1.0)
-    left.set_ylabel("disk margin α")
+    modes = [rung.modes for ladder in result.ladders for rung in ladder.rungs]
+    x = Axis("modes of the truth N", min(modes) - 0.5, max(modes) + 0.5, step=1)
+    margins = [[_value(r, "disk_margin") for r in ladder.rungs] for ladder in result.ladders]
+    known = [m for row in margins for m in row if np.isfinite(m)]
+    ys = [(Axis("disk margin α", 0, 1.1 * max(known, default=0) or 1.0), 180.0, "disk margin")]
+    losses = [[_loss(r) for r in ladder.rungs] for ladder in result.ladders] if weighted else []
     if weighted:
-        _losses(axes[1], result)
-    for ax in axes:
-        ax.set_xlabel("modes of the truth N")
-        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    legend(left)
+        most = max((v for row in losses for v in row if np.isfinite(v)), default=0)
+        top = 2 * max(100 * most, 0.1)
+        ys.append((Axis("lost (%)", 50 * _LEAST_LOSS, top, "log"), 180.0, "lost"))
+    panels = stacked(x, ys, "modes")
+    for k, ladder in enumerate(result.ladders):
+        place = np.array([rung.modes for rung in ladder.rungs], dtype=float)
+        for panel, rows, scale in zip(panels, (margins, losses), (1, 100), strict=False):
+            values = scale * np.array(rows[k])
+            panel.curve(place, values, f"o{k}")
+            panel.dots(place, values, f"o{k}")
+        lost = place[[not rung.stable for rung in ladder.rungs]]
+        panels[0].crosses(lost, np.zeros(len(lost)), f"o{k}")
     what = "Disk margin and loss" if weighted else "Disk margin"
-    return svg(fig, name, f"{what} of {result.case.name} over the modes let in")
+    return Plot(panels, f"{what} of {result.case.name} over the modes let in")
 
 
-def _losses(ax: Axes, result: CaseResult) -> None:
-    """Draw the loss of each ladder; infinite ones are gaps."""
-    most = _LEAST_LOSS
-    for i, ladder in enumerate(result.ladders):
-        losses = [max(_value(rung, "h2_loss"), _LEAST_LOSS) for rung in ladder.rungs]
-        losses = [loss if np.isfinite(loss) else np.nan for loss in losses]
-        looks = style(ladder.origin.basis, i)
-        ax.plot([rung.modes for rung in ladder.rungs], losses, marker=".", lw=1.3, **looks)
-        most = np.nanmax([*losses, most])
-    decades = 10.0 ** np.arange(-4, np.ceil(np.log10(most)) + 1)
-    ax.set_yscale("log")
-    ax.set_ylim(decades[0] / 2, 2 * max(decades[-1], 1e-3))
-    ax.set_yticks(decades, [f"{100 * d:g} %" for d in decades])
-    ax.set_ylabel("lost of the optimal cost")
+def _loss(rung: Rung) -> float:
+    """Return a loss that can be drawn; infinite ones are gaps."""
+    loss = _value(rung, "h2_loss")
+    return max(loss, _LEAST_LOSS) if np.isfinite(loss) else np.nan
 
 
 def _value(rung: Rung, name: str) -> float:
@@ -82,104 +109,137 @@ def _value(rung: Rung, name: str) -> float:
     return np.nan if value is None else value
 
 
-def poles_figure(result: CaseResult, name: str) -> str:
-    """Return decay rate against frequency of the closed-loop poles on the truth."""
-    fig, axes = figure(size=(7.2, 3.4))
-    ax = axes[0]
-    # The linear part of the axis around zero holds what decays slower than a tenth of
-    # what is usual here.
-    usual = np.median(np.abs(result.chosen.judgement.poles.real))
-    linear = float(10.0 ** np.floor(np.log10(usual) - 1))
-    for i, evaluation in enumerate(_same_order(result)):
-        poles = evaluation.judgement.poles
-        poles = poles[poles.imag >= 0]
-        hertz, decay = np.abs(poles) / (2 * np.pi), -poles.real
-        looks = style(evaluation.basis, i)
-        marker = "ox^s"[i % 4]
-        ax.plot(
-            hertz, decay, marker, color=looks["color"], label=_label(evaluation),
-            markerfacecolor="none", markersize=7,
+def _slew(result: CaseResult) -> Plot:
+    """Return tip, its error and what the drive gives, for the stable loops."""
+    slews = [(k, c.slew) for k, c in enumerate(result.curves) if c.slew is not None]
+    by_voltage = result.case.arm.motor is not None
+    drive = "motor voltage (V)" if by_voltage else "torque (N·m)"
+    if not slews:
+        times, ends = Axis("time (s)", 0, 1), Axis("tip (m)", 0, 1)
+        (panel,) = stacked(times, [(ends, HEIGHT, "")], "time")
+        panel.word(0.5, 0.5, "every loop is unstable: no slew", "n")
+        return Plot([panel], f"No loop of {result.case.name} is stable: no slew")
+    first = slews[0][1]
+    limit = _drive_limit(result)
+    given = [s.actuator if by_voltage else s.torque for _, s in slews]
+    errors = [1e3 * (s.tip - s.tip_reference) for _, s in slews]
+    tips = np.concatenate([first.tip_reference, *(s.tip for _, s in slews)])
+    most = around(np.concatenate(given))
+    # A limit is drawn where it tells something: not far outside.
+    near = limit is not None and limit < 3 * max(abs(v) for v in most)
+    if near and limit is not None:
+        most = around(np.array([*most, limit, -limit]))
+    panels = stacked(
+        Axis("time (s)", float(first.t[0]), float(first.t[-1])),
+        [
+            (Axis("tip (m)", *around(tips)), 116, "tip"),
+            (Axis("tip error (mm)", *around(np.concatenate(errors))), 116, "error"),
+            (Axis(drive, *most), 116, "drive"),
+        ],
+        "time",
+    )
+    tip, error, driven = panels
+    tip.curve(first.t, first.tip_reference, "wanted")
+    error.across(0, "k")
+    if near and limit is not None:
+        for value in (limit, -limit):
+            driven.across(value, "limit")
+    for (k, slew), off, push in zip(slews, errors, given, strict=True):
+        for panel, values in ((tip, slew.tip), (error, off), (driven, push)):
+            panel.curve(slew.t, values, f"o{k}")
+    return Plot(panels, f"Slew of {result.case.name} on the truth")
+
+
+def _drive_limit(result: CaseResult) -> float | None:
+    """Return the limit of what is drawn of the drive: the motor's voltage, or the torque."""
+    arm = result.case.arm
+    if arm.motor is not None:
+        return arm.motor.voltage_limit
+    return arm.drive.torque_limit
+
+
+def _shapes(result: CaseResult) -> Plot:
+    """Return the mode shapes of the chosen order on each basis, over the truth's."""
+    modes = len(result.shapes[0].shapes)
+    columns = 1 if modes == 1 else 2
+    rows = -(-modes // columns)
+    room = 480.0 / columns
+    height = max((392.0 - 44 * rows) / rows, 60.0)
+    places = {curve.origin.basis: k for k, curve in enumerate(result.curves)}
+    panels = []
+    for k in range(modes):
+        values = np.concatenate([s.shapes[k] for s in result.shapes if len(s.shapes) > k])
+        x = result.shapes[0].x
+        panel = Panel(
+            Axis("x (m)", float(x[0]), float(x[-1])),
+            Axis(f"mode {k + 1} (1/√kg)", *around(values)),
+            20 + (k // columns) * (height + 48), height, "place", "shape",
+            left=52 + (k % columns) * room, width=room - 62,
         )  # fmt: skip
-        bad = decay <= 0
-        ax.plot(hertz[bad], decay[bad], "*", color=ALARM, markersize=13)
-    ax.set_xscale("log")
-    ax.set_yscale("symlog", linthresh=linear)
-    plain_labels(ax.xaxis, ax.yaxis)
-    low, high = ax.get_ylim()
-    low = min(low, -linear)
-    ax.axhspan(low, 0, color=ALARM, alpha=0.12, lw=0)
-    ax.set_ylim(low, 2 * high)
-    ax.set_xlabel("frequency |s|/2π (Hz)")
-    ax.set_ylabel("decay rate −Re s (1/s)")
-    legend(ax)
-    return svg(fig, name, f"Closed-loop poles of {result.case.name} on the truth")
+        for source in result.shapes:
+            if len(source.shapes) > k:
+                look = "wanted" if source.source == "truth" else f"o{places[source.source]}"
+                panel.curve(source.x, source.shapes[k], look)
+        title = f"mode {k + 1}: {result.truth.frequencies_hz[k]:.4g} Hz"
+        panel.word(float(x[0] + x[-1]) / 2, panel.y.high, title, "n", dy=-5)
+        panels.append(panel)
+    return Plot(panels, f"Mode shapes of {result.case.name} by basis over the truth")
 
 
-def bode_figure(result: CaseResult, name: str) -> str:
-    """Return gain and phase of the return ratio on the truth."""
-    fig, (gain, phase) = figure(2, 1, (7.2, 4.6), sharex=True)
-    for i, curve in enumerate(result.curves):
-        looks = style(curve.origin.basis, i)
-        gain.plot(curve.frequency_hz, curve.gain_db, label=_label(curve), lw=1.1, **looks)
-        phase.plot(curve.frequency_hz, curve.phase_deg, lw=1.1, **looks)
-    gain.axhline(0, color=INK, lw=0.9)
-    gain.set_xscale("log")
-    plain_labels(gain.xaxis)
-    gain.set_ylim(bottom=max(-100, gain.get_ylim()[0]))
-    gain.set_ylabel("|L| (dB)")
-    legend(gain)
-    phase.axhline(-180, color=INK, lw=0.9)
-    # The critical angle is among the marks.
-    phase.yaxis.set_major_locator(MultipleLocator(180 * -(-np.ptp(phase.get_ylim()) // 1080)))
-    phase.set_ylabel("arg L (deg)")
-    phase.set_xlabel("frequency (Hz)")
-    return svg(fig, name, f"Bode plot of the return ratio of {result.case.name}")
+def _log_ends(values: Array) -> tuple[float, float]:
+    positive = values[values > 0]
+    return float(positive.min()) / 1.5, 1.5 * float(positive.max())
 
 
-def nichols_figure(result: CaseResult, name: str) -> str:
-    """Return the return ratio on the truth as a Nichols plot."""
-    fig, axes = figure(size=(7.2, 3.8))
-    ax = axes[0]
-    for i, curve in enumerate(result.curves):
-        ax.plot(*curve.nichols, lw=1.1, label=_label(curve), **style(curve.origin.basis, i))
-    ax.plot([-180], [0], "+", color=ALARM, markersize=14, markeredgewidth=2)
-    ax.set_xlim(-360, 0)
-    ax.set_xticks(range(-360, 1, 45))
-    ax.set_ylim(-20, 40)
-    ax.set_xlabel("arg L (deg)")
-    ax.set_ylabel("|L| (dB)")
-    legend(ax)
-    return svg(fig, name, f"Nichols plot of the return ratio of {result.case.name}")
-
-
-def slew_figure(result: CaseResult, name: str) -> str:
-    """Return tip position, its error and the torque in the slew, for the stable loops."""
-    fig, (tip, error, torque) = figure(3, 1, (7.2, 5.6), sharex=True)
-    drawn = False
-    for i, curves in enumerate(result.curves):
-        slew = curves.slew
-        if slew is None:
-            continue
-        if not drawn:
-            tip.plot(slew.t, slew.tip_reference, lw=5, alpha=0.4, **style("truth"), label="wanted")
-            drawn = True
-        looks = style(curves.origin.basis, i)
-        tip.plot(slew.t, slew.tip, label=_label(curves), **looks)
-        error.plot(slew.t, 1e3 * (slew.tip - slew.tip_reference), **looks)
-        torque.plot(slew.t, slew.torque, **looks)
-    tip.set_ylabel("tip (m)")
-    error.set_ylabel("tip error (mm)")
-    torque.set_ylabel("torque (N·m)")
-    torque.set_xlabel("time (s)")
-    if drawn:
-        legend(tip)
-    return svg(fig, name, f"Slew of {result.case.name} on the truth")
-
-
-def _same_order(result: CaseResult) -> list[Evaluation]:
-    return [e for e in result.evaluations if e.n == result.case.n]
+def _of(result: CaseResult, curve: LoopCurves) -> Evaluation:
+    return next(e for e in result.evaluations if e.origin == curve.origin)
 
 
 def _label(design: Evaluation | LoopCurves) -> str:
     state = "" if design.stable else " (unstable)"
     return f"{design.origin}{state}"
+
+
+_FIGURES: dict[str, tuple[Draw, str]] = {
+    "bode": (
+        bode_figure,
+        "Return ratio L = −K(s)G(s) on the truth, dense at every resonance. Each peak above 0 dB "
+        "must arrive with a safe phase. Red: this design's gain and phase margin; the numbers "
+        "above are the arm's modes.",
+    ),
+    "nichols": (
+        nichols_figure,
+        "The same as a Nichols plot. The cross is the critical point; the ring is the disk "
+        "margin of this design, which its curve may touch and not enter. Loops are resonances.",
+    ),
+    "nyquist": (
+        nyquist_figure,
+        "The same near −1, for positive frequencies, with the same disk.",
+    ),
+    "sensitivity": (
+        sensitivity_figure,
+        "Sensitivity S = 1/(1 + L) above, T = L/(1 + L) below. The dot is this design's largest "
+        "gain of S, one over the modulus margin. Of an unstable loop they are the bare quotients.",
+    ),
+    "slew": (
+        _slew,
+        "The slew on the truth: tip over what is wanted (grey), its error, and what the drive "
+        "gives, drawn as if it had no limits (dotted, where near). Unstable loops are left out.",
+    ),
+    "ladder": (
+        _ladder,
+        "The spillover ladder: each controller meets the first N modes of the truth. A cross is "
+        "an unstable loop; where the lines are level, more modes change nothing.",
+    ),
+    "poles": (
+        _poles,
+        "Closed-loop poles on the truth, each design's in a ring of its own. Those on shaded "
+        "ground grow. The row on the right is the arm's own damping of modes that the controller "
+        "does not know.",
+    ),
+    "shapes": (
+        _shapes,
+        "Arc displacement of the design model's modes over those of the truth (grey). Where a line "
+        "leaves the grey band the design sees a mode that the arm does not have.",
+    ),
+}

@@ -15,18 +15,8 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from slewctl.escape import visible
 from slewctl.report.compact import compact
+from slewctl.report.palette import colour
 
-# Okabe and Ito's palette, distinguishable with every kind of colour vision.
-COLOURS = {
-    "clamped-free": "#0072B2",
-    "slewing": "#D55E00",
-    "hub-matched": "#CC79A7",
-    "arm-matched": "#009E73",
-    "polynomial": "#E69F00",
-    "truth": "#7f7f7f",
-    "": "#0072B2",  # a given law, which is on no basis
-}
-SPARE_COLOURS = ("#CC79A7", "#E69F00", "#56B4E9", "#009E73")
 STYLES = {
     "clamped-free": "--",
     "slewing": "-",
@@ -36,7 +26,6 @@ STYLES = {
     "truth": "-",
     "": "-",
 }
-ALARM = "#CC3311"
 
 # Drawn in these, then replaced by the page's own text colour, so that a figure is
 # readable on light and dark ground.
@@ -117,5 +106,4 @@ def plain_labels(*axes: Axis) -> None:
 
 def style(source: str, position: int = 0) -> dict[str, Any]:
     """Return colour and line style of a basis or the truth."""
-    spare = SPARE_COLOURS[position % len(SPARE_COLOURS)]
-    return {"color": COLOURS.get(source, spare), "linestyle": STYLES.get(source, ":")}
+    return {"color": colour(source, position), "linestyle": STYLES.get(source, ":")}

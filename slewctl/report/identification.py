@@ -10,9 +10,10 @@ from slewctl.errors import InputError
 from slewctl.loop import Margins
 from slewctl.loop.measured_margin_results import MeasuredMargins
 from slewctl.measured.rig_fit_result import RigFit
-from slewctl.report.drawing import ALARM, figure, legend, plain_labels, style, svg
+from slewctl.report.drawing import figure, legend, plain_labels, style, svg
 from slewctl.report.export import csv_text, json_text, write_files
 from slewctl.report.page import render, versions
+from slewctl.report.palette import ALARM
 
 # A larger step of the phase in degrees, from point to point, is one of its turns.
 _TURN = 180.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from slewctl.paper import PaperReproduction, conditioning_words
+from slewctl.paper.published import CITATION, TITLE
 from slewctl.report.export import json_text, write_files
 from slewctl.report.page import render, versions
 from slewctl.report.paper_figures import (
@@ -46,6 +47,8 @@ def write_paper(reproduction: PaperReproduction, folder: Path) -> Path:
     page = render(
         "paper.html",
         p=reproduction,
+        title=TITLE,
+        citation=CITATION,
         functions=[functions_figure(f) for f in reproduction.figures.functions],
         modes=modes_figure(reproduction.figures),
         tip=tip_figure(reproduction.figures),

@@ -13,7 +13,8 @@ from slewctl.paper import (
     IntegratorFinding,
     ShapeFigure,
 )
-from slewctl.report.drawing import ALARM, INK, figure, legend, plain_labels, style, svg
+from slewctl.report.drawing import INK, figure, legend, plain_labels, style, svg
+from slewctl.report.palette import ALARM
 
 _FUNCTION_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 _FUNCTION_STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1)))
@@ -141,7 +142,7 @@ def conditioning_figure(finding: ConditioningFinding) -> str:
         plain_labels(ax.yaxis)
         ax.axhline(1e-6, color=INK, lw=0.8)
         name = "Riccati" if form == "riccati" else form
-        ax.set_title(f"{name} form, {f'J_h = {ratio:g} J_beam' if ratio else 'no hub'}")
+        ax.set_title(f"{name} form, {f'$J_h$ = {ratio:g} $J_{{beam}}$' if ratio else 'no hub'}")
     for ax in axes[-len(ratios) :]:
         ax.set_xlabel("n")
     for ax in axes[:: len(ratios)]:

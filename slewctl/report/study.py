@@ -9,7 +9,8 @@ from typing import Any
 from slewctl.compare import MEDIANS, PAPERS, Duel, StudyResult
 from slewctl.report.export import json_text, packed_csv, parquet, write_files
 from slewctl.report.page import render, versions
-from slewctl.report.study_figures import AXIS_NAMES, duel_figure, map_figure
+from slewctl.report.study_figures import AXIS_NAMES, duel_figure
+from slewctl.report.study_map import map_data, map_figure
 
 
 def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) -> Path:
@@ -52,7 +53,7 @@ def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) 
     }
     papers = [d for d in answer.duels if (d.first, d.second) == PAPERS]
     figures = {
-        "maps": [(part, map_figure(part, f"map-{k}")) for k, part in enumerate(result.slices)],
+        "maps": [(part, map_figure(part), map_data(part)) for part in result.slices],
         "widest": max((len(part.hub_ratios) for part in result.slices), default=0),
         "duel": duel_figure(papers, answer.elsewhere, "duel") if papers else "",
     }

@@ -30,6 +30,11 @@ class Profile(ABC):
     def duration(self) -> float:
         """Time of the turn in s."""
 
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Times in s at which the acceleration, or its slope, may jump."""
+        return (0.0, self.duration)
+
     @abstractmethod
     def _inside(self, t: Array) -> tuple[Array, Array, Array]:
         """Return angle, rate and acceleration at times between 0 and the duration."""
@@ -182,6 +187,12 @@ class SCurve(Profile):
         """Time of the turn in s."""
         return sum(self.widths)
 
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Where one of the boxes begins or ends."""
+        chosen = product((0, 1), repeat=len(self.widths))
+        return tuple(sorted({float(np.dot(c, self.widths)) for c in chosen}))
+
     def _inside(self, t: Array) -> tuple[Array, Array, Array]:
         end = self.duration
         late = t > end / 2  # the second half is the first one backwards: nothing cancels
@@ -249,6 +260,11 @@ class RigidTimeOptimal(Profile):
     def duration(self) -> float:
         """Time of the turn in s."""
         return sum(self.phases)
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Start, switch and end."""
+        return (0.0, self.phases[0], self.duration)
 
     def _inside(self, t: Array) -> tuple[Array, Array, Array]:
         driven = self.phases[0]

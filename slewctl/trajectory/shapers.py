@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from slewctl._show import Tabular
 from slewctl._types import Array
-from slewctl.errors import InputError, check_choice, check_positive
+from slewctl.errors import InputError, check_choice, check_number, check_positive
 from slewctl.trajectory.profiles import Profile
 
 # Impulses closer than this part of the shaper's duration are one.
@@ -282,10 +282,7 @@ def compare_shapers(
     >>> [f"{row.name} {row.residual_off:.3f}" for row in table.entries]
     ['zv 0.154', 'zvd 0.024']
     """
-    if not 0 < error < 1:
-        raise InputError(
-            f"{error:g} is no error of a frequency", where="error", remedy="give 0 < error < 1"
-        )
+    check_error(error, "error")
     entries = []
     for one in shapers:
         left = np.array([
@@ -296,6 +293,22 @@ def compare_shapers(
             ShaperRow(one.name, one.duration, left[0], float(left[1:].max()), len(one.times))
         )
     return ShaperTable(tuple(entries), error)
+
+
+def check_error(error: object, where: str) -> float:
+    """Return a relative error of frequencies; refuse one that is not between 0 and 1.
+
+    Parameters
+    ----------
+    error : object
+    where : str
+        For the message.
+    """
+    if not 0 < check_number(error, where) < 1:
+        raise InputError(
+            f"{error:g} is no error of a frequency", where=where, remedy="give 0 < error < 1"
+        )
+    return float(error)  # type: ignore[arg-type]
 
 
 def _single(kind: str, mode: Mode, tolerance: float) -> Shaper:

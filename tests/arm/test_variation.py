@@ -14,6 +14,7 @@ from numpy.testing import assert_allclose
 from strategies import arms, deterministic, positive
 
 from slewctl import (
+    Actuator,
     Arm,
     Beam,
     Hub,
@@ -25,6 +26,7 @@ from slewctl import (
     Motor,
     Payload,
     Rayleigh,
+    Sensor,
     Stations,
     truth,
 )
@@ -93,8 +95,18 @@ def test_each_parameter_changes_its_property_alone() -> None:
         joint=Joint(50.0, 0.3),
         name="all",
         masses=(LumpedMass(0.5, 0.1, 1e-3),),
+        actuator=Actuator(lag=0.1, delay=0.2, torque_limit=3.0),
+        sensors={"theta": Sensor(lag=0.1, delay=0.2), "tip": Sensor(lag=0.3, delay=0.2)},
     )
     expected = {
+        "joint_rotor_inertia": replace(arm, joint=Joint(50.0, 0.3, 2.0)),
+        "joint_rotor_friction": replace(arm, joint=Joint(50.0, 0.3, rotor_friction=2.0)),
+        "actuator_lag": replace(arm, actuator=Actuator(lag=2.0, delay=0.2, torque_limit=3.0)),
+        "actuator_delay": replace(arm, actuator=Actuator(lag=0.1, delay=2.0, torque_limit=3.0)),
+        "sensor_lag": replace(arm, sensors=dict.fromkeys(("theta", "tip"), Sensor(2.0, delay=0.2))),
+        "sensor_delay": replace(
+            arm, sensors={"theta": Sensor(0.1, delay=2.0), "tip": Sensor(0.3, delay=2.0)}
+        ),
         "payload_mass": replace(arm, payload=Payload(2.0, 0.01)),
         "payload_inertia": replace(arm, payload=Payload(0.4, 2.0)),
         "hub_inertia": replace(arm, hub=Hub(2.0, 0.1, 0.2)),
@@ -147,6 +159,8 @@ def test_impossible_values_are_refused_by_name(name: str, wrong: object) -> None
         ({"hub_inertia_factor": 2.0}, "hub_inertia_factor"),
         ({"damping_factor": 2.0}, "damping_factor"),
         ({"stiffness_factor": 0.0}, "stiffness_factor"),
+        ({"joint_rotor_inertia": 1.0}, "joint_rotor_inertia"),
+        ({"sensor_lag": 1.0}, "sensor_lag"),
     ],
 )
 def test_contradictions_and_factors_of_nothing_are_refused(

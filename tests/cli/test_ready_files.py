@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
+import subprocess
+import textwrap
+import tomllib
 from pathlib import Path
 
+import pytest
+
+import slewctl
 from slewctl.cli.commands import check_command
 
 ROOT = Path(__file__).parents[2]
@@ -35,3 +43,60 @@ def test_the_workflow_asks_for_what_there_is() -> None:
     # Inputs reach the shell as variables and never as text of a command.
     for script in re.findall(r"^ +run: (?:\|\n((?: {10,}.*\n)+)|(.*))", text, re.M):
         assert "${{" not in "".join(script)
+
+
+def action_script() -> str:
+    """Return the last script of action.yml, which judges the designs."""
+    text = (ROOT / "action.yml").read_text(encoding="utf-8")
+    return textwrap.dedent(text.rpartition("run: |\n")[2])
+
+
+@pytest.mark.skipif(os.name == "nt" or not shutil.which("bash"), reason="bash runs the action")
+@pytest.mark.parametrize("baseline", ["", "accepted.json"])
+def test_the_action_judges_the_designs_it_is_given(tmp_path: Path, baseline: str) -> None:
+    said = tmp_path / "said"
+    program = tmp_path / "slewctl"
+    program.write_text(f'#!/bin/sh\nprintf "%s\\n" "$@" > {said}\n')
+    program.chmod(0o755)
+    given = {"DESIGNS": "designs more/arm.toml", "BASELINE": baseline, "TOLERANCE": "0.05"}
+    subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", action_script()], check=True,
+        env={"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}", **given},
+    )  # fmt: skip
+    against = ["--baseline", "accepted.json", "--tolerance", "0.05"] if baseline else []
+    assert said.read_text().split() == [
+        "check", "designs", "more/arm.toml", "--github", *against
+    ]  # fmt: skip
+    assert asked(action_script()) <= OPTIONS
+
+
+def test_the_action_names_its_inputs_as_the_guide_does() -> None:
+    text = (ROOT / "action.yml").read_text(encoding="utf-8")
+    declared = re.findall(
+        r"^  ([a-z]+):$", text.partition("inputs:\n")[2].partition("runs:")[0], re.M
+    )
+    told = re.findall(
+        r"^\| `([a-z]+)` \|", (ROOT / "docs/gate.md").read_text(encoding="utf-8"), re.M
+    )
+    assert declared == told == ["designs", "baseline", "tolerance", "python"]
+    assert set(re.findall(r"inputs\.([a-z]+)", text)) == set(declared)
+
+
+def test_what_is_published_is_of_one_version_and_asks_for_the_same_packages() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    recipe = (ROOT / ".ci/conda/recipe.yaml").read_text(encoding="utf-8")
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f'version: "{slewctl.__version__}"' in recipe
+    assert f"version: {slewctl.__version__}\n" in citation
+    run = recipe.partition("  run:\n")[2].partition("\n\n")[0]
+    packages = {line.strip("- ").replace(" ", "") for line in run.splitlines()}
+    assert packages == {f"python{project['requires-python']}", *project["dependencies"]}
+
+
+@pytest.mark.parametrize(
+    "path", [*ROOT.glob(".github/**/*.yml"), ROOT / ".pre-commit-config.yaml", ROOT / "action.yml"],
+    ids=lambda path: path.name,
+)  # fmt: skip
+def test_what_others_read_is_yaml(path: Path) -> None:
+    yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")
+    assert yaml.safe_load(path.read_text(encoding="utf-8"))

@@ -64,7 +64,7 @@ def test_study_answers_and_goes_on_where_it_was(study: Path, tmp_path: Path) -> 
     done = slewctl("study", study, "--out", out, "--workers", "1", "--parquet")
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
-    assert "The basis matters in " in done.stdout
+    assert "the basis matters: " in done.stdout
     assert set(files(out)) == {
         "index.html", "index.md", "results.json", "rows.csv.gz", "rows.parquet"
     }  # fmt: skip

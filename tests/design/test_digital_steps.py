@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 import slewctl as sc
 from slewctl.compare import loop_signals
-from slewctl.design.anti_windup import anti_windup_gain
+from slewctl.design.anti_windup import anti_windup
 from slewctl.design.digital.sections import in_sections
-from slewctl.design.reference import Reference
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import solve_discrete_lyapunov
@@ -250,27 +249,22 @@ def test_a_signals_sizes_are_those_of_the_slew() -> None:
     assert (signals.largest[:2] > np.abs(signals.readings).max(axis=0)).all()
 
 
-def test_an_observer_is_driven_by_the_command_that_was_cut_off() -> None:
-    """Of u = −K x̂ on x̂⁺ = A x̂ + B u + L (y − C x̂), H is B: x̂ follows what u really was."""
-    rng = np.random.default_rng(3)
-    A, B, C = (
-        rng.standard_normal((3, 3)) / 3,
-        rng.standard_normal((3, 1)),
-        rng.standard_normal((1, 3)),
-    )
-    K, L = rng.standard_normal((1, 3)) / 9, rng.standard_normal((3, 1)) / 9
-    A += np.eye(3) * (1.0 - np.abs(np.linalg.eigvals(A)).max())
-    law = LinearSystem(A - B @ K - L @ C, L, -K, 0.0, 0.1)
-    reference = Reference(0.7 * B, np.array([[0.7]]))
-    H = anti_windup_gain(law, reference)
-    slower = np.abs(np.linalg.eigvals(A - L @ C)).max() >= np.abs(np.linalg.eigvals(law.A)).max()
-    assert pytest.approx(np.zeros((3, 1)) if slower else B) == H
-
-
-def test_what_winds_up_nothing_is_left_alone_and_an_integrator_never_is() -> None:
-    lag = LinearSystem(0.2, 1.0, 3.0, -4.0, 0.01)
-    assert not anti_windup_gain(lag, Reference(-lag.B, -lag.D)).any()
-    integrator = LinearSystem(1.0, -0.1, 0.5, 0.0, 0.1)  # no reference passes straight through
-    for reference in (None, Reference(-integrator.B, np.zeros((1, 1)))):
-        H = anti_windup_gain(integrator, reference)
-        assert np.abs(integrator.A - H @ integrator.C)[0, 0] < 1
+def test_an_observer_in_sections_is_driven_by_the_command_that_was_cut_off() -> None:
+    """In whatever states, and in words: what is added moves the estimates as the input does."""
+    K = sampled()
+    assert K.entry is not None
+    column = anti_windup(K)[0]
+    assert column == pytest.approx(K.entry[:, 0])
+    words = K.in_fixed_point(24, None, problem().loop_signals(K))
+    for made in (K.in_sections(), K.in_float32(), words):
+        moved = [
+            np.linalg.matrix_power(law.A, k) @ entry
+            for k in (0, 1, 3)
+            for law, entry in ((K.linear, column), (made.linear, anti_windup(made)[0]))
+        ]
+        seen = [
+            float((law.C @ m)[0]) for law, m in zip([K.linear, made.linear] * 3, moved, strict=True)
+        ]
+        np.testing.assert_allclose(seen[1::2], seen[::2], rtol=2e-3)
+    small = design(3).reduced(6, problem().plant("clamped-free", n=3))
+    assert small.entry is None

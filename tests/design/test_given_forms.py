@@ -246,3 +246,41 @@ def test_nothing_but_refusals_comes_of_nonsense(value: object, key: str) -> None
     except InputError:
         return
     assert isinstance(found.linear, LinearSystem)
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-99, 1e99, 1e154, 1e300])
+@pytest.mark.parametrize(
+    "runs",
+    [
+        {},
+        {"sections": [{"lowpass_hz": 3.0, "order": 2}]},
+        *({"discretise": rule, "sample_time": 0.01} for rule in ("tustin", "zoh", "matched")),
+    ],
+    ids=str,
+)
+def test_numbers_of_any_size_make_a_finite_law_or_a_refusal(
+    size: float, runs: dict[str, object]
+) -> None:
+    laws: list[dict[str, object]] = [
+        {"num": [size], "den": [1.0, 1.0]},
+        {"num": [1.0], "den": [size, 1.0]},
+        {"num": [1.0], "den": [1.0, size]},
+        {"A": [[-size]], "B": [[1.0]], "C": [[1.0]]},
+        {"A": [[-1.0]], "B": [[size]], "C": [[size]]},
+        {"poles": [size], "gain": 1.0},
+        {"poles": [-1.0], "gain": size},
+        {"pid": {"kp": 1.0, "ki": size, "kd": size, "filter_hz": 3.0}},
+        {"pid": {"kp": 1.0, "kd": 1.0, "filter_hz": size}},
+    ]
+    for law in laws:
+        try:
+            found = sc.given(**law, feedback="negative", **runs)
+        except InputError:
+            continue
+        assert found.linear.finite
+
+
+def test_a_slow_root_keeps_its_digits_when_it_is_matched() -> None:
+    law = {"zeros": [-2e-14], "poles": [-1e-14], "gain": 1.0, "feedback": "negative"}
+    D = sc.given(**law, discretise="matched", sample_time=1.0).linear.D[0, 0]
+    assert abs(D) == pytest.approx(1 - 0.5e-14, rel=1e-15)

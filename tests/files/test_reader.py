@@ -243,12 +243,12 @@ def test_arm_that_is_no_table_is_refused(tmp_path: Path) -> None:
 
 
 BEAMS = [
-    ("mass_per_length = -1.0", ":3: beam.mass_per_length: falls to -1 on the beam; make it"),
-    ("mass_per_length = [1.0, -2.0]", ":3: beam.mass_per_length: falls to -1 on the beam; make it"),
-    ("mass_per_length = []", ":3: beam.mass_per_length: no coefficients; give at least one"),
+    ("mass_per_length = -1.0", ":3: arm.beam.mass_per_length: falls to -1 on the beam; make it"),
+    ("mass_per_length = [1.0, -2.0]", ":3: arm.beam.mass_per_length: falls to -1 on the beam; make it"),
+    ("mass_per_length = []", ":3: arm.beam.mass_per_length: no coefficients; give at least one"),
     ('mass_per_length = ["a"]', ":3: arm.beam.mass_per_length.0: 'a' is not a finite number; give"),
     ("mass_per_length = { x = [0, 2], values = [1, 1] }",
-     ":3: beam.mass_per_length: stations run from 0 to 2 m but the beam from 0 to 1 m; make the"),
+     ":3: arm.beam.mass_per_length: stations run from 0 to 2 m but the beam from 0 to 1 m; make the"),
     ("mass_per_length = { x = [0, 1] }",
      ":3: arm.beam.mass_per_length: a table of stations with keys ['x']; give { x = [...]"),
     ("mass_per_length = { x = [0, 1], values = [1] }", "2 stations with 1 values; give at least"),

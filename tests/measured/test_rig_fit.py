@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from inspect import signature
 from pathlib import Path
 
 import control as ct
@@ -16,12 +17,14 @@ from scipy.stats import chi2
 import slewctl as sc
 from slewctl.files import read_arm, read_design
 from slewctl.measured import rig_problem
+from slewctl.measured.dry_friction import Rubbing, mean_sign
 from slewctl.measured.ellipsoid import ellipsoid_ends
-from slewctl.measured.fit_rig import _descend_record, _without_state
 from slewctl.measured.record_data import RecordData, smooth
+from slewctl.measured.record_descent import descend_record, without_state
 from slewctl.measured.response_data import ResponseData, rig_response
-from slewctl.measured.rig_model import Channel, Modes, modes_for
-from slewctl.measured.rig_parameters import Rig, parameters, with_dead_time
+from slewctl.measured.rig_fit_result import _KEYS
+from slewctl.measured.rig_model import Channel, Modes, equations, modes_for
+from slewctl.measured.rig_parameters import NAMES, Rig, parameters, with_dead_time
 from slewctl.measured.rig_problem import RigProblem
 
 T = 0.01
@@ -90,7 +93,7 @@ def test_the_gradient_is_that_of_what_is_left_with_the_state_eliminated() -> Non
         return 0.5 * float(vector @ vector)
 
     remainder = data.state_part(problem.rig_at(here))
-    slopes = problem.differences(partial(_without_state, data, remainder), here)
+    slopes = problem.differences(partial(without_state, data, remainder), here)
     gradient = slopes.T @ remainder.vector
     steps = 1e-5 * np.eye(len(here))
     expected = np.array([(cost(here + h) - cost(here - h)) / 2e-5 for h in steps])
@@ -135,9 +138,9 @@ def test_a_descent_ends_where_the_squares_are_least() -> None:
     data, problem, true = quiet_light_rig()
     data.expect(problem.rig_at(true))
     start = true + 1e-3 * np.array([0.3, 1.0, -1.0, 5.0, 0.0, 1.0])
-    found = _descend_record(problem, data, start, fine=True)
+    found = descend_record(problem, data, start, fine=True)
     remainder = data.state_part(problem.rig_at(found))
-    slopes = problem.differences(partial(_without_state, data, remainder), found)
+    slopes = problem.differences(partial(without_state, data, remainder), found)
     Q, R = np.linalg.qr(slopes)
     # What one more step would be, in deviations, and how far the truth is.
     assert np.linalg.norm(Q.T @ remainder.vector) < 0.1
@@ -158,6 +161,40 @@ def test_a_mode_that_the_input_hardly_moves_is_no_free_vibration() -> None:
     assert data._pull[0] == 0.0  # where an angle is counted from
     assert system.A[:, 0].any() == 0
     np.testing.assert_allclose(1 / data._pull[1:], moved[1:], rtol=0.35)
+
+
+def test_dry_friction_stops_a_hub_and_does_no_more() -> None:
+    step, rate = 0.3, 1.0
+    assert mean_sign(rate, rate + 0.1, step) == 1.0
+    assert mean_sign(-rate, -rate - 0.1, step) == -1.0
+    assert mean_sign(0.0, 0.2, step) == pytest.approx(0.2 / 0.3)  # it stays
+    assert mean_sign(0.2, 0.1, step) == pytest.approx(0.5 + 0.5 * -0.1 / 0.3)  # it stops half-way
+    for before in np.linspace(-1, 1, 21):
+        for free in np.linspace(-1, 1, 21):
+            found = mean_sign(before, free, step)
+            assert -1 <= found <= 1
+            assert mean_sign(-before, -free, step) == pytest.approx(-found)
+            after = free - step * found
+            # What it stopped moves on only as far as the input turns it back.
+            assert after * before > -1e-12 or abs(free - before) > step
+
+
+def test_dry_friction_has_the_sign_of_a_rate_that_nobody_measured() -> None:
+    """Counts of half a degree, so that differences of the angle miss where the hub turns."""
+    F = 0.03
+    u = sc.prbs(2000, amplitude=0.2, hold=2, seed=5)
+    options = {"gain": RIG.gain, "delay": RIG.delay, "dry_friction": F}
+    log = sc.simulated_log(TRUE, u, T, noise=2e-3, counts_per_turn=1024, seed=5, **options)  # type: ignore[arg-type]
+    system = equations(TRUE, "torque", "theta", Modes(8), beside=("theta_dot",))
+    exact = sc.simulated_log(TRUE, u, T, sensor="theta_dot", **options)  # type: ignore[arg-type]
+    model = Rubbing.of(system, system.B[:, 0], T, RIG.delay, F, 2e-3)
+    found = model.signs(RIG.gain * log.input, log.output, F)[:, 0]
+    read = np.sign(np.diff(log.output, append=log.output[-1]))
+    wrong = [np.mean(np.abs(np.sign(exact.output) - signs) > 1) for signs in (found, read)]
+    assert wrong[0] < 0.02 < wrong[1]
+    fitted = sc.fit(TRUE, log, ["hub.friction", "delay", "gain"])
+    assert fitted["hub.friction"].value == pytest.approx(0.02, rel=0.1)
+    assert any("dry friction of about 0.03 N·m" in remark for remark in fitted.remarks)
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +221,9 @@ def test_a_log_gives_the_rig_within_its_intervals(fitted: sc.RigFit) -> None:
 
 def test_what_was_found_becomes_a_design_file(fitted: sc.RigFit, tmp_path: Path) -> None:
     variations = fitted.variations()
-    assert len(variations) == 2 * 4  # delay and gain are not the arm's
+    assert len(variations) == 2 * 5  # the gain is not the arm's
+    late = [keys["actuator_delay"] for keys in variations.values()]
+    assert min(late) < fitted.arm.drive.delay < max(late)
     path = tmp_path / "fitted.toml"
     text = fitted.to_toml(
         model={"basis": "arm-matched", "n": 2},
@@ -200,6 +239,11 @@ def test_what_was_found_becomes_a_design_file(fitted: sc.RigFit, tmp_path: Path)
         assert found.arm == sc.vary(fitted.arm, **keys)
     stiffness = [keys["stiffness_factor"] for keys in variations.values()]
     assert min(stiffness) < 1 < max(stiffness)
+
+
+def test_all_that_a_fit_adjusts_of_an_arm_can_be_varied() -> None:
+    assert {*NAMES} - {"gain", "damping.1"} == _KEYS.keys()
+    assert {*_KEYS.values()} <= signature(sc.vary).parameters.keys()
 
 
 @given(st.integers(0, 10**6), st.integers(1, 5))

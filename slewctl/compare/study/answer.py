@@ -338,23 +338,22 @@ def _pick(shares: Sequence[Share]) -> str:
         return f"Of {sum(s.designs for s in shares)} LQG and H2 designs none are {what}."
     equals = [s for s in shares if s is not best and best.rate - s.rate <= _AS_OFTEN]
     worse = [s for s in shares if s is not best and s not in equals]
-    beside = f", against {', '.join(_rated(s) for s in worse)}" if worse else ""
-    return (
-        f"For an arm of your own take {' or '.join(_rated(s) for s in (best, *equals))}: so many "
-        f"of {best.designs} LQG and H2 designs on it are {what}{beside}."
+    first = (
+        f"{best.basis} ({percent(best.rate)} of its {best.designs} LQG and H2 designs are {what})"
     )
-
-
-def _rated(share: Share) -> str:
-    return f"{share.basis} ({percent(share.rate)})"
+    taken = _joined([first, *(f"{s.basis} ({percent(s.rate)})" for s in equals)], "or")
+    worse.sort(key=lambda share: -share.rate)
+    beside = _joined([f"with {s.basis} {percent(s.rate)}" for s in worse])
+    return f"For an arm of your own take {taken}{'; ' if beside else ''}{beside}."
 
 
 def _does_it_matter(total: Duel) -> str:
     differ = total.first_wins + total.second_wins
     return (
-        f"The basis matters in {differ} of {total.pairs} pairs of designs alike but for it "
-        f"({percent(differ / max(total.pairs, 1))}): they differ in stability or by more than a "
-        f"percent of the cost; the {total.first} basis is better in "
+        f"A pair is two designs that differ in nothing but the basis, {total.first} or "
+        f"{total.second}. In {differ} of {total.pairs} pairs "
+        f"({percent(differ / max(total.pairs, 1))}) the basis matters: one loop is unstable or "
+        f"costs over a percent more. The {total.first} basis is better in "
         f"{total.first_wins} of them, the {total.second} basis in {total.second_wins}."
     )
 
@@ -371,11 +370,9 @@ def _where(duels: Sequence[Duel]) -> str:
         if won:
             wins = sum(d.first_wins for d in won), sum(d.second_wins for d in won)
             mine, theirs = wins if basis == first else wins[::-1]
-            hubs = f"{'hub inertias' if len(won) > 1 else 'a hub inertia'} of {_listed(won)}"
-            parts.append(
-                f"at {hubs} times the beam's the {basis} basis is ahead, {mine} to {theirs}"
-            )
-    text = "; ".join(parts) or "at no hub inertia is either ahead"
+            at = _hubs([d.value for d in won])
+            parts.append(f"{at} the {basis} basis wins more pairs, {mine} to {theirs}")
+    text = "; ".join(parts) or "with no hub does either win more pairs"
     return text[0].upper() + text[1:] + "."
 
 
@@ -386,9 +383,23 @@ def _neither(rows: Sequence[Row], papers: tuple[str, str]) -> str:
     hopeless = [r for r in ratios if not any(good(row) for row in tried if row[HUB] == r)]
     if not hopeless:
         return ""
-    at = ", ".join(f"{ratio:g}" for ratio in hopeless)
-    return f" At {at} neither has a design that loses at most {percent(GOOD)} of the optimal cost."
+    at = _hubs(hopeless)
+    return (
+        f" {at[0].upper()}{at[1:]} neither has a design that loses at most {percent(GOOD)} of the "
+        "optimal cost."
+    )
 
 
-def _listed(duels: Sequence[Duel]) -> str:
-    return ", ".join(f"{d.value:g}" for d in duels)
+def _hubs(ratios: Sequence[float]) -> str:
+    """Return hub ratios in words."""
+    parts = ["without a hub"] if 0 in ratios else []
+    others = [f"{ratio:g}" for ratio in ratios if ratio]
+    if others:
+        what = "hub inertias" if len(others) > 1 else "a hub inertia"
+        parts.append(f"with {what} of {_joined(others)} times the beam's")
+    return _joined(parts)
+
+
+def _joined(parts: Sequence[str], word: str = "and") -> str:
+    """Return words as a list with "and" before the last."""
+    return f" {word} ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]]))

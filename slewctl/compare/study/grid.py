@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from slewctl.arm import Arm, Payload, require_beam
+from slewctl.arm import Arm, ModalData, Payload, require_beam
 from slewctl.basis import NAMES
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.compare.design_basis import SOURCES
@@ -363,6 +363,9 @@ def reading_units(arm: Arm, omega: float, sensors: Sequence[str]) -> dict[str, f
 
 
 def _reach(arm: Arm) -> float:
+    """Return the distance in m of the tip from the axis."""
+    if isinstance(arm.beam, ModalData):
+        return arm.beam.lever("tip")
     return arm.hub.radius + arm.beam.length
 
 

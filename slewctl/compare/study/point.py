@@ -40,7 +40,7 @@ _LEFT_OUT = ("stable", "h2_cost", "sensitivity_peak_db", "complementary_peak_db"
 _MEASURED = tuple(
     q
     for q in QUANTITIES.values()
-    if q.name not in _LEFT_OUT and q.kind != "noise" and q.unit != "V"
+    if not (q.name in _LEFT_OUT or q.kind == "noise" or q.unit == "V" or q.simulated)
 )
 
 

@@ -35,6 +35,7 @@ class DigitalSteps:
         certificate: Any
         assumptions: tuple[str, ...]
         state_scale: Array
+        entry: Array | None
         poles: ComplexArray
         arithmetic: Arithmetic | None
 
@@ -126,7 +127,8 @@ class DigitalSteps:
         Of all coordinates these are moved least where coefficients are rounded.
         """
         found = in_sections(self.linear)
-        return _replaced(self, found.system, _turned(self.reference, found), "in modal sections")
+        reference = _turned(self.reference, found)
+        return _replaced(self, found.system, reference, "in modal sections", found)
 
     def in_float32(self: Made) -> Made:
         """Return the controller in modal sections with coefficients of single precision.
@@ -148,7 +150,7 @@ class DigitalSteps:
         reference = self.reference
         if reference is not None:
             reference = Reference(_single(found.of_state(reference.B)), _single(reference.D))
-        made_of = _replaced(self, made, reference, "in modal sections, in single precision")
+        made_of = _replaced(self, made, reference, "in modal sections, in single precision", found)
         return replace(made_of, arithmetic=Arithmetic("float"))  # type: ignore[type-var]
 
     def in_fixed_point(self: Made, word: int, fraction: int | None, signals: LoopSignals) -> Made:
@@ -197,14 +199,23 @@ class DigitalSteps:
                 remedy="give a longer one",
             )
         reference = _turned(self.reference, found)
-        made = _replaced(self, system, reference, f"in modal sections, in words of {word} bits")
+        words = f"in modal sections, in words of {word} bits"
+        made = _replaced(self, system, reference, words, found)
         return replace(made, arithmetic=arithmetic)  # type: ignore[type-var]
 
 
-def _replaced(made_of: Made, system: LinearSystem, reference: Reference | None, words: str) -> Made:
+def _replaced(
+    made_of: Made,
+    system: LinearSystem,
+    reference: Reference | None,
+    words: str,
+    found: Sections | None = None,
+) -> Made:
     """Return a controller with another system, and with what is said of the one before."""
     checks = tuple(replace(check, name=f"before: {check.name.removeprefix('before: ')}")
                    for check in made_of.certificate.checks)  # fmt: skip
+    # Of states that are not those of before nobody knows where a limited command enters.
+    entry = None if made_of.entry is None or found is None else found.of_state(made_of.entry)
     return replace(  # type: ignore[type-var]
         made_of,
         system=system,
@@ -215,6 +226,7 @@ def _replaced(made_of: Made, system: LinearSystem, reference: Reference | None, 
         poles=np.zeros(0, dtype=complex),
         guarantees=(),
         state_scale=np.ones(system.nstates),
+        entry=entry,
     )
 
 

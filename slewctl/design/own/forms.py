@@ -24,6 +24,8 @@ from slewctl.numerics.given_system import read_matrix, read_system
 from slewctl.numerics.interconnect import parallel
 from slewctl.numerics.linear_system import LinearSystem, nameless
 
+# Of an entry of a law's matrices: its square and products with others are still numbers.
+_LARGEST = 1e100
 # The keys of each form.
 FORMS: dict[str, tuple[str, ...]] = {
     "a system": ("system",),
@@ -84,7 +86,8 @@ def read_law(form: str, options: Mapping[str, Any]) -> Law:
     clock = 0.0
     if "discretise" not in options and "sample_time" in options:
         clock = check_positive(options["sample_time"], "sample_time")
-    law = _READERS[form](options, clock)
+    with np.errstate(over="ignore", invalid="ignore"):  # told below
+        law = _READERS[form](options, clock)
     own = law.system.sample_time
     if "discretise" not in options and "sample_time" in options and own != clock:
         raise _wrong_clock(own, clock, form)
@@ -94,9 +97,13 @@ def read_law(form: str, options: Mapping[str, Any]) -> Law:
             where=FORMS[form][-1],
             remedy="give it one",
         )
-    if not law.system.finite:
+    largest = max(np.abs(matrix).max(initial=0.0) for matrix in law.system.matrices)
+    if not largest <= _LARGEST:
         raise InputError(
-            "the law has entries that are not finite", where=FORMS[form][0], remedy="mend them"
+            f"the law has an entry of {largest:g}, the most that can be computed with is "
+            f"{_LARGEST:g}",
+            where=FORMS[form][0],
+            remedy="mend its numbers, or their units",
         )
     return law
 

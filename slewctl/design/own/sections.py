@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
+from slewctl.arm.magnitudes import check_size
 from slewctl.design.classical.filters import Section, lead_section, low_pass, notch
 from slewctl.errors import (
     Faults,
@@ -77,7 +78,7 @@ def _section(table: object, where: str) -> tuple[Section, ...]:
 
 
 def _omega(keys: Mapping[str, object], key: str, where: str) -> float:
-    return 2 * math.pi * check_positive(keys[key], f"{where}.{key}")
+    return 2 * math.pi * check_size(keys[key], f"{where}.{key}")
 
 
 def _notch(keys: Mapping[str, object], where: str) -> tuple[Section, ...]:

@@ -169,12 +169,13 @@ def pole_placement(
         observer = placed_observer(sampled, loop, sampled.mapped(seen))
         gains = control.gain, observer.gain
         estimate = PlacedEstimate(plant, T, float(delay), "pole_placement", None, *gains)
-        system = estimate.system()
+        system, entry = estimate.system(), estimate.entry
         said = [estimate.timing, *said, f"each pole s is placed at z = e^(sT), T = {T:g} s"]
     else:
         control = placed_feedback(plant.actuator, energy, loop, wanted)
         observer = placed_observer(energy, loop, seen)
         system = observer_feedback(plant, control.gain, observer.gain, "pole_placement")
+        entry = None
     return finished(
         plant,
         system,
@@ -188,6 +189,7 @@ def pole_placement(
         ),
         seconds={"solve": perf_counter() - start},
         delay=float(delay),
+        entry=entry,
     )
 
 

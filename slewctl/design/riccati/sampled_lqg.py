@@ -70,6 +70,7 @@ def sampled_lqg(
         seconds={"sample": sampled - start, "solve": solved - sampled, "build": built - solved},
         delay=float(delay),
         reference=reference,
+        entry=design.entry,
     )
 
 

@@ -70,7 +70,7 @@ class SampledMotion:
         # From the states at an instant to what is computed there, and what is added to both.
         Bk, Ck, Dk = (np.asarray(m) for m in (K.B, K.C, K.D))
         self._computed = np.hstack([Dk @ loop.sampled.C, Ck])[0]
-        given = _given(loop, slew)
+        given = sampled_inputs(loop, slew)
         added = given @ np.append(-Dk[0], 1.0)
         pushed = np.hstack([added[:, None] * loop.sampled.B[:, 0], -given[:, :-1] @ Bk.T])
         states = [np.zeros(len(self._map))]
@@ -237,7 +237,7 @@ def _lasting(factors: ComplexArray) -> Array:
     return np.asarray(1 / np.maximum(1 - np.abs(factors), np.finfo(float).eps))
 
 
-def _given(loop: SampledLoop, slew: Slew) -> Array:
+def sampled_inputs(loop: SampledLoop, slew: Slew) -> Array:
     """Return [sensor references, feedforward] at each sample until the reference is at rest."""
     T = loop.sample_time
     turned = slew.duration_s / T

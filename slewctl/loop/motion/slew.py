@@ -10,7 +10,7 @@ from scipy.linalg import LinAlgError
 from slewctl._show import Axes, DataFrame, Described, axes_or_new, to_frame
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.errors import AccuracyError, check_choice, check_count
+from slewctl.errors import AccuracyError, InputError, check_choice, check_count
 from slewctl.loop.closed import Loop
 from slewctl.loop.motion.continuous_motion import ContinuousMotion
 from slewctl.loop.motion.extremes import Search, SlewMotion, Sought
@@ -20,7 +20,7 @@ from slewctl.loop.sampled import SampledLoop
 from slewctl.plant.signals import TORQUE
 
 # The tip has settled within this part of its travel.
-_BAND = 0.02
+BAND = 0.02
 # Parts of the travel that are rounding, and none of the tip's error.
 _ROUNDING = 1e-12
 # Less than this part of a limit beyond it is on it: the band's edge belongs to the band.
@@ -49,6 +49,11 @@ class SlewSummary:
         knows no limits, is then not what the arm would do.
     overshoot : float
         How far the tip goes beyond its travel at most, as a fraction of it; 0 if it does not.
+    energy_j : float or None
+        Work of the actuator in J, driving and braking alike; None where the slew is not
+        simulated.
+    saturation_s : float or None
+        Time in s for which the command was limited; None where the slew is not simulated.
     """
 
     settling_time_s: float
@@ -57,6 +62,8 @@ class SlewSummary:
     peak_voltage: float | None = None
     saturates: bool = False
     overshoot: float = 0.0
+    energy_j: float | None = None
+    saturation_s: float | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -164,7 +171,7 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     UnstableLoopError
         If the loop is unstable.
     InputError
-        For less than three points.
+        For less than three points, or a slew that `simulate` alone can take.
     AccuracyError
         If the extremes are not found with a reasonable amount of work, or the numbers leave
         the range, or the digits, of floating point.
@@ -181,6 +188,12 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     [0.0, 4.0, 6.666666666666666, 9.333333333333332, 12.0]
     """
     loop.require_stable("a slew response")
+    if not slew.exact:
+        raise InputError(
+            "a slew with another profile, a shaper or conditions is simulated in steps",
+            where="simulate_slew",
+            remedy="use problem.simulate, or slewctl.simulate with a loop",
+        )
     check_count(points, "points", 3)
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
@@ -225,7 +238,7 @@ def _summary(loop: Loop, slew: Slew, moved: SlewMotion, travel: float) -> SlewSu
     sought = Sought(np.array(signals), travel * of_tip, sense, since, floor)
     residual, beyond, torque, *voltage = search.highest(moved, sought).tolist()
     error = Sought(np.array([TIP]), np.array([travel]), np.zeros(1), np.zeros(1), floor[:1])
-    settled = search.last_outside(moved, error, _BAND * size * (1 + _EDGE))
+    settled = search.last_outside(moved, error, BAND * size * (1 + _EDGE))
     overshoot = beyond / size if beyond > _EDGE * size else 0.0
     saturates = bool(loop.model.arm.exceeded(torque, *voltage))
     peaks = (torque, voltage[0] if voltage else None)

@@ -24,7 +24,7 @@ def critical_scale(seen: Realisation) -> tuple[float, float | None]:
         return np.inf, None
     tame = 0.5 / size
     loop = LinearSystem(seen.A, -tame * seen.B, seen.C, -tame * seen.D)
-    up = classical_margins(loop, within=_STEP).gain_db
+    up = classical_margins(loop, within=_STEP, most_gain=_LARGE / tame).gain_db
     share = float(tame * 10 ** (up.value / 20))
     if share > _LARGE:
         share, up = np.inf, Crossing(np.inf, None)

@@ -81,8 +81,8 @@ class UnprovedStabilityError(UndecidedError):
         self.found = found
 
 
-def certify(loop: FactoredLoop, skew: float = 0.0) -> Certificate:
-    """Search the axis of a loop.
+def certify(loop: FactoredLoop, skew: float = 0.0, most_gain: float = WIDEST) -> Certificate:
+    """Search the axis of a loop; see `Search`.
 
     Raises
     ------
@@ -99,11 +99,16 @@ def certify(loop: FactoredLoop, skew: float = 0.0) -> Certificate:
             remedy="let the controller or the plant roll off, as every real one does",
         )
     start, gaps, end = origin(loop), gaps_on_axis(loop), tail(loop)
-    return Certificate(loop, start, end, Search(loop, start, gaps, end, (skew - 1) / 2))
+    return Certificate(loop, start, end, Search(loop, start, gaps, end, (skew - 1) / 2, most_gain))
 
 
 def certified_margins(
-    loop: FactoredLoop, light: LinearSystem, skew: float, modes: Modes, within: float = NARROW
+    loop: FactoredLoop,
+    light: LinearSystem,
+    skew: float,
+    modes: Modes,
+    within: float = NARROW,
+    most_gain: float = WIDEST,
 ) -> Margins:
     """Return the margins of a loop that is stable, each with what is proved of it.
 
@@ -112,7 +117,7 @@ def certified_margins(
     loop : FactoredLoop
     light : LinearSystem
         The same as one system, without its dead time; from it perturbations are made.
-    skew, modes, within
+    skew, modes, within, most_gain
         See `classical_margins`.
 
     Raises
@@ -121,21 +126,23 @@ def certified_margins(
         If the stability of the loop cannot be proved, or |L| = 1 is undecided over a band.
     """
     try:
-        found = _certified(loop, light, skew, modes)
+        found = _certified(loop, light, skew, modes, most_gain)
     except UndecidedError:
         if not (longer := loop.longer):
             raise
-        return _certified(longer, light, skew, modes)
+        return _certified(longer, light, skew, modes, most_gain)
     narrow = all(_narrow(crossing, within) for crossing in found.each.values())
     if narrow or not (longer := loop.longer):
         return found
     with suppress(UndecidedError):
-        found = _certified(longer, light, skew, modes)
+        found = _certified(longer, light, skew, modes, most_gain)
     return found
 
 
-def _certified(loop: FactoredLoop, light: LinearSystem, skew: float, modes: Modes) -> Margins:
-    found = certify(loop, skew)
+def _certified(
+    loop: FactoredLoop, light: LinearSystem, skew: float, modes: Modes, most_gain: float
+) -> Margins:
+    found = certify(loop, skew, most_gain)
     if found.unstable is None:
         raise UnprovedStabilityError(found)
     if found.unstable:
@@ -244,7 +251,7 @@ def _nearest(report: Report, loop: FactoredLoop, kind: Kind, least: Least, skew:
 def _gain_limits(found: Certificate) -> tuple[list[tuple[float, float]], tuple[float, float]]:
     """Return all gain limits that were found, and between which two factors there is none."""
     loop, search, end = found.loop, found.search, found.end
-    rise, fall = WIDEST, max(1 / WIDEST, search.floor)
+    rise, fall = search.most_gain, max(1 / WIDEST, search.floor)
     limits: list[tuple[float, float]] = []
     if not len(loop.poles):
         limits = [(-1 / end.limit, math.inf)] if end.limit < 0 else []

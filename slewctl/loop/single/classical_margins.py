@@ -10,7 +10,7 @@ import numpy as np
 
 from slewctl.errors import AccuracyError, InputError, check_number
 from slewctl.loop.parts import System, state_space
-from slewctl.loop.single.axis_ends import UndecidedError
+from slewctl.loop.single.axis_ends import WIDEST, UndecidedError
 from slewctl.loop.single.certificate import (
     NARROW,
     UnprovedStabilityError,
@@ -30,6 +30,7 @@ def classical_margins(
     modes: Modes | None = None,
     factors: FactoredLoop | None = None,
     within: float = NARROW,
+    most_gain: float = WIDEST,
 ) -> Margins:
     """Return the margins of a loop, if it is stable when closed.
 
@@ -47,6 +48,9 @@ def classical_margins(
     within : float
         How near to each other value and proof are wanted: beyond it twice the digits are taken,
         which cost ten times as much.
+    most_gain : float
+        The largest gain factor that matters.  Where it is given, the nearest gain limits alone
+        are looked for, up to there.
 
     Returns
     -------
@@ -84,7 +88,9 @@ def classical_margins(
     try:
         # Beside a pole bounds are infinite, and what follows from them undecided.
         with np.errstate(all="ignore"):
-            return certified_margins(factors or factored(light), light, skew, named, within)
+            return certified_margins(
+                factors or factored(light), light, skew, named, within, most_gain
+            )
     except UndecidedError as error:
         if not delay:
             require_stable(light)  # says which poles are not

@@ -40,6 +40,8 @@ class Search:
     end : Tail
     shift : float
         (σ − 1)/2 of the disk.
+    most_gain : float
+        The largest gain factor that matters; below `WIDEST` the nearest limits alone do.
 
     Attributes
     ----------
@@ -58,7 +60,13 @@ class Search:
     """
 
     def __init__(
-        self, loop: FactoredLoop, start: Gap | None, gaps: list[Gap], end: Tail, shift: float
+        self,
+        loop: FactoredLoop,
+        start: Gap | None,
+        gaps: list[Gap],
+        end: Tail,
+        shift: float,
+        most_gain: float = WIDEST,
     ) -> None:
         self.loop, self.shift = loop, shift
         self.unit, self.unit_touched = Points(), Points()
@@ -67,7 +75,10 @@ class Search:
         large = [gap.least for gap in closed] + ([end.least] if end.least else [])
         self.floor = max((1 / least for least in large), default=0.0)
         self.turn: float | None = end.turn + sum(gap.turn for gap in closed)
-        self.rise, self.fall = WIDEST, max(1 / WIDEST, self.floor)
+        self.most_gain = most_gain
+        self.rise, self.fall = most_gain, max(1 / WIDEST, self.floor)
+        # Of infinitely many, too, limits farther out than one that is surely there are left.
+        self.nearest_alone = bool(loop.delay) or most_gain < WIDEST
         inside = sum(gap.unstable for gap in closed)
         self.unstable_open = int(np.sum(loop.poles.real > 0)) - inside
         self.intervals, self.of_size_one = 0, True
@@ -302,8 +313,7 @@ class Search:
         signs = a**part.k * La.imag, b**part.k * Lb.imag
         into = self.real, self.real_touched
         crossed = sort_out(once, signs, part.error, off, (a, b), into)
-        if self.loop.delay:
-            # Of infinitely many limits those farther out than one that is surely here are left.
+        if self.nearest_alone:
             sure = crossed & (box.value.real + box.reach < 0)
             self.rise = float(np.min(1 / least[sure & (most < 1)], initial=self.rise))
             self.fall = float(np.max(1 / most[sure & (least > 1)], initial=self.fall))

@@ -1,0 +1,138 @@
+"""The commands for one design file: what it is worth, what it does, and what it becomes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from slewctl.cli.options import OUT_FOLDER, OUT_MAYBE
+
+
+@click.command("design")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--out", required=True, type=click.Path(path_type=Path, dir_okay=False),
+              metavar="FILE", help="Where to write it: .json, .mat or .npz.")  # fmt: skip
+@click.pass_context
+def design_command(context: click.Context, design: Path, out: Path) -> None:
+    """Write the controller of DESIGN (a TOML file) to a file, as data.
+
+    It is written whether its own checks pass or not; the exit status is 1 where they do not.
+    """
+    from slewctl.cli.designing import write_design
+
+    context.exit(write_design(design, out))
+
+
+@click.command("explain")
+@click.argument("design", type=click.Path(path_type=Path))
+def explain_command(design: Path) -> None:
+    """Say what limits DESIGN (a TOML file), and what to change first.
+
+    A few small changes are made and judged: a larger model, a slower and a faster controller,
+    a shorter clock.  The one that leaves the tightest requirement the most room is told.
+    """
+    from slewctl.cli.beginning import print_explanation
+
+    print_explanation(design)
+
+
+@click.command("export")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--format", "form", default="c", show_default=True,
+              type=click.Choice(["c", "mat", "npz", "json"]), help="Code, or data.")  # fmt: skip
+@OUT_FOLDER
+@click.pass_context
+def export_command(context: click.Context, design: Path, form: str, out: Path) -> None:
+    """Write the controller of DESIGN (a TOML file) for what runs it: as C code, or as data.
+
+    The code needs no library: a header, a source, a test program with what it must give, and an
+    Arduino sketch. Its numbers and raw units are those of the file's [export] table. The
+    controller must hold its loop on the truth; the exit status is 1 where its own checks fail.
+    """
+    from slewctl.cli.exporting import export_design
+
+    context.exit(export_design(design, form, out))
+
+
+@click.command("simulate")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--variation", metavar="NAME", help="On this variation's arm, not the file's own.")
+@click.option("--step", type=float, metavar="S", help="The longest step in s.")
+@OUT_MAYBE
+def simulate_command(
+    design: Path, variation: str | None, step: float | None, out: Path | None
+) -> None:
+    """Simulate the slew of DESIGN (a TOML file) as it happens, on the truth.
+
+    Limits, friction, encoder, clock, noise and loads are those of its [slew]. DIR gets the
+    figures and all signals.
+    """
+    from slewctl.cli.simulating import simulate_design
+
+    simulate_design(design, variation, step, out)
+
+
+@click.command("shape")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("-m", "--modes", type=click.IntRange(1, 9), metavar="N",
+              help="How many modes are shaped; those of the file, or one.")  # fmt: skip
+@click.option("--error", default=0.1, show_default=True, type=float, metavar="FRACTION",
+              help="How far off the frequencies may be, relative.")  # fmt: skip
+@OUT_MAYBE
+def shape_command(design: Path, modes: int | None, error: float, out: Path | None) -> None:
+    """Compare input shapers and profiles for the slew of DESIGN (a TOML file).
+
+    Durations, residuals with the frequencies as they are and off, what is left of the tip on
+    the truth, and the shortest slew that the drive can make.
+    """
+    from slewctl.cli.shaping import shape_design
+
+    shape_design(design, modes, error, out)
+
+
+@click.command("worst")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--box", multiple=True, metavar="NAME=LOW:HIGH",
+              help="A property and its range, instead of the file's; repeatable.")  # fmt: skip
+@click.option("--quantity", help="What is to be good; disk_margin by default.")
+@click.option("--samples", type=click.IntRange(0), metavar="N",
+              help="Arms inside of the box, beside its corners; 32 by default.")  # fmt: skip
+@click.option("--searches", type=click.IntRange(0), metavar="N",
+              help="Searches from the worst arms so far; 2 by default.")  # fmt: skip
+@click.option("--evaluations", type=click.IntRange(1), metavar="N",
+              help="Most arms of each search; 60 by default.")  # fmt: skip
+@click.option("--seed", type=click.IntRange(0), metavar="N", help="Of the samples; 0 by default.")
+@click.option("--json", "as_json", is_flag=True, help="Print all arms as JSON.")
+@click.pass_context
+def worst_command(
+    context: click.Context,
+    design: Path,
+    box: tuple[str, ...],
+    quantity: str | None,
+    samples: int | None,
+    searches: int | None,
+    evaluations: int | None,
+    seed: int | None,
+    as_json: bool,
+) -> None:
+    """Look for the worst arm in a box of properties around that of DESIGN (a TOML file).
+
+    The controller is made once, for the file's own arm. What is found is an arm that can be
+    judged again, and no proof that there is none worse. The exit status is 1 where the loop is
+    unstable on it.
+    """
+    from slewctl.cli.worst import Asked, print_worst
+
+    asked = Asked(box, quantity, samples, searches, evaluations, seed)
+    context.exit(print_worst(design, asked, as_json))
+
+
+DESIGN_COMMANDS = (
+    design_command,
+    explain_command,
+    export_command,
+    simulate_command,
+    shape_command,
+    worst_command,
+)
