@@ -11,12 +11,21 @@ from click.core import ParameterSource
 
 from slewctl.cli import interrupted
 from slewctl.cli.design_commands import DESIGN_COMMANDS
-from slewctl.cli.options import OUT_FOLDER, PARQUET
+from slewctl.cli.options import OUT_FOLDER, OUT_MAYBE, PARQUET
 
 F = TypeVar("F", bound=Callable[..., object])
 _PATHS = click.argument(
     "paths", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="PATH..."
 )
+
+
+_COLUMNS = click.option(
+    "--column", "columns", multiple=True, metavar="NAME=COLUMN",
+    help="What the file calls a signal, such as theta_deg=enc; repeatable.",
+)  # fmt: skip
+_CLOCK = click.option("--sample-time", type=float, metavar="S", help="The clock, in s.")
+_COUNTS = click.option("--counts", type=float, metavar="N",
+                       help="Counts of the encoder in a turn, for theta_counts.")  # fmt: skip
 
 
 class _Group(click.Group):
@@ -217,11 +226,9 @@ def _refuse_idle(context: click.Context) -> None:
               help="What to adjust, with commas between: beam.stiffness, beam.mass, hub.inertia, "
               "hub.radius, hub.friction, payload.mass, payload.inertia, damping or damping.1 and "
               "so on, delay, gain.")  # fmt: skip
-@click.option("--column", "columns", multiple=True, metavar="NAME=COLUMN",
-              help="What the file calls a signal, such as theta_deg=enc; repeatable.")  # fmt: skip
-@click.option("--sample-time", type=float, metavar="S", help="The clock, in s.")
-@click.option("--counts", type=float, metavar="N",
-              help="Counts of the encoder in a turn, for theta_counts.")  # fmt: skip
+@_COLUMNS
+@_CLOCK
+@_COUNTS
 @click.option("--response", is_flag=True, help="The file holds a frequency response, no log.")
 @_file("--controller", "Also judge this controller (.json, .mat or .npz) on the measured response "
        "and on the fitted arm.")  # fmt: skip
@@ -249,6 +256,31 @@ def identify_command(
         log, arm, free, out, columns=columns, response=response, sample_time=sample_time,
         counts=counts, controller=controller,
     )  # fmt: skip
+
+
+@cli.command("replay")
+@click.argument("log", type=click.Path(path_type=Path))
+@click.argument("design", type=click.Path(path_type=Path))
+@_COLUMNS
+@_CLOCK
+@_COUNTS
+@OUT_MAYBE
+def replay_command(
+    log: Path,
+    design: Path,
+    columns: tuple[str, ...],
+    sample_time: float | None,
+    counts: float | None,
+    out: Path | None,
+) -> None:
+    """Hold a LOG of a slew beside what DESIGN (a TOML file) predicts of it.
+
+    How well they agree, where they part, what the drive had to give, and whether gain and dead
+    time are within the margins. Columns of LOG are known by their names, as for identify.
+    """
+    from slewctl.cli.replaying import replay_log
+
+    replay_log(log, design, out, columns=columns, sample_time=sample_time, counts=counts)
 
 
 @cli.command("study")

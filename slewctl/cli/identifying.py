@@ -51,12 +51,11 @@ def identify(
     names = [name.strip() for name in free.split(",") if name.strip()]
     with options_named(_OPTIONS), progress(3) as step:
         step("reading")
-        told = dict(_pair(column) for column in columns)
         measured: Log | Response
         if response:
-            measured = read_response(file, told, sample_time=sample_time or 0.0)
+            measured = read_response(file, _named(columns), sample_time=sample_time or 0.0)
         else:
-            measured = read_log(file, told, sample_time=sample_time, counts_per_turn=counts)
+            measured = read_named_log(file, columns, sample_time, counts)
         law = given(file=controller) if controller else None
         step("fitting")
         with computing_arm(arm):
@@ -69,6 +68,18 @@ def identify(
             OUT.print(line)
     OUT.print(f"fitted arm: {out / 'fitted.toml'}")
     OUT.print(f"report: {page}")
+
+
+def read_named_log(
+    file: Path, columns: Sequence[str], sample_time: float | None, counts: float | None
+) -> Log:
+    """Return a log whose columns the command line names; what is wrong names its option."""
+    with options_named(_OPTIONS):
+        return read_log(file, _named(columns), sample_time=sample_time, counts_per_turn=counts)
+
+
+def _named(columns: Sequence[str]) -> dict[str, str]:
+    return dict(_pair(column) for column in columns)
 
 
 def _pair(told: str) -> tuple[str, str]:

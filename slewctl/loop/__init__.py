@@ -7,6 +7,7 @@ from slewctl._lazy import attach
 if TYPE_CHECKING:
     from slewctl.loop.closed import Loop
     from slewctl.loop.connect import close
+    from slewctl.loop.logged_slew import Compared, Replay, replay
     from slewctl.loop.margin_functions import hybrid_delay_margin
     from slewctl.loop.motion.conditions import Conditions, Load
     from slewctl.loop.motion.large_slew import Swing, simulate_swing
@@ -39,11 +40,13 @@ if TYPE_CHECKING:
     from slewctl.loop.single.perturbation import Perturbation
     from slewctl.loop.single.stability import UnstableLoopError
     from slewctl.loop.system_norm import norm
+    from slewctl.loop.used_margins import MarginUse, margin_use
     from slewctl.numerics.frequency_response import FrequencyResponse
     from slewctl.numerics.hinf_norm import Peak, peak_gain
 
 __all__ = [
     "AxisCrossing",
+    "Compared",
     "Conditions",
     "Crossing",
     "FrequencyResponse",
@@ -51,6 +54,7 @@ __all__ = [
     "HybridDelay",
     "Load",
     "Loop",
+    "MarginUse",
     "Margins",
     "MultiloopDisk",
     "MultiloopMargins",
@@ -58,6 +62,7 @@ __all__ = [
     "Peak",
     "Perturbation",
     "PlantGraph",
+    "Replay",
     "ResidualMode",
     "SampledLoop",
     "Shaping",
@@ -77,6 +82,7 @@ __all__ = [
     "hybrid_delay_margin",
     "input_loop",
     "input_output_loop",
+    "margin_use",
     "multiloop_disk_margin",
     "multiloop_margins",
     "ncf_margin",
@@ -86,6 +92,7 @@ __all__ = [
     "peak_gain",
     "perturbation_system",
     "plant_graph",
+    "replay",
     "simulate",
     "simulate_slew",
     "simulate_swing",

@@ -220,12 +220,13 @@ def _roots(
 
 def _remarks(fit: RigFit, data: ResponseData, solution: Solution) -> list[str]:
     told = [
-        f"{each.name} is hardly determined: its deviation is {each.standard_deviation / size:.0%} "
-        "of it"
+        f"{each.name} is hardly determined: its deviation is "
+        f"{each.standard_deviation / each.value:.0%} of it"
         for each in fit.estimates
-        if (size := max(each.value, 1e-300))
+        if not each.at_limit
+        and each.value
         and np.isfinite(each.standard_deviation)
-        and each.standard_deviation > size / 2
+        and each.standard_deviation > each.value / 2
     ]
     told += [
         f"{each.name} is {each.value / each.start:.2g} times what the fit started with: look at "

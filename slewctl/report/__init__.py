@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from slewctl.report.identification import write_identification
     from slewctl.report.paper import write_paper
     from slewctl.report.printed import write_figures
+    from slewctl.report.replay import write_replay
     from slewctl.report.shaping import write_shaping
     from slewctl.report.simulation import write_simulation
     from slewctl.report.study import write_study
@@ -20,6 +21,7 @@ __all__ = [
     "write_figures",
     "write_identification",
     "write_paper",
+    "write_replay",
     "write_shaping",
     "write_simulation",
     "write_study",

@@ -1,0 +1,125 @@
+"""A log of a slew beside its prediction: where it is, how well it agrees, what it uses up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import slewctl as sc
+from slewctl.loop import margin_use
+from slewctl.measured.log import Log
+
+T = 0.005
+ARM = sc.Arm(
+    sc.Beam(0.38, 0.17, 0.2128), sc.Hub(0.00245, friction=0.021), damping_ratio=0.008, name="servo"
+)
+SLEW = sc.Slew(60.0, 0.5, horizon_s=2.0)
+PID = {"kp": 0.3, "kd": 0.03, "filter_hz": 30.0}
+
+
+def problem(arm: sc.Arm = ARM) -> sc.Problem:
+    noise = {"torque": 0.001, "theta": 0.0003}
+    return sc.Problem(arm, {"tip": 0.02, "torque": 0.1}, noise, slew=SLEW, truth_modes=5)
+
+
+def law() -> sc.Controller:
+    return sc.given(pid=PID, sample_time=T, discretise="tustin")
+
+
+@cache
+def predicted() -> sc.Simulation:
+    return problem().simulate(law())
+
+
+def logged(
+    made: sc.Simulation, start: float = 0.7123, *, noise: float = 0.0, reference: bool = False
+) -> Log:
+    """The log of a simulated slew that begins somewhere in it, at an angle of its own."""
+    t = T * np.arange(round((start + made.t[-1]) / T))
+    # The command of a sample is held after it.
+    torque = np.interp(t + T / 2 - start, made.t, made.signals["torque"], left=0.0)
+    theta = 0.2 + np.interp(t - start, made.t, made.signals["theta"])
+    theta += noise * np.random.default_rng(1).standard_normal(len(t))
+    told = 500 + 10 * np.interp(t - start, made.t, made.signals["theta_ref"])
+    return Log(T, torque, theta, told if reference else None)
+
+
+@pytest.mark.parametrize("reference", [False, True])
+@pytest.mark.parametrize("start", [0.0, 0.3, 0.7123])
+def test_a_slew_is_found_in_its_log_to_a_fraction_of_a_sample(
+    start: float, reference: bool
+) -> None:
+    found = sc.replay(predicted(), logged(predicted(), start, reference=reference))
+    assert found.start_s == pytest.approx(start, abs=T / 50)
+    assert found.start_from == ("reference" if reference else "output")
+    assert found.output.fit > 99.5
+    assert found.output.apart_s is None
+    assert found.command.fit > 97  # its jumps lie between the samples
+    assert found.t[0] >= 0
+
+
+def test_noise_lowers_the_fit_by_what_it_is() -> None:
+    sigma = 0.01
+    found = sc.replay(predicted(), logged(predicted(), 0.5, noise=sigma, reference=True))
+    assert found.output.error_rms == pytest.approx(sigma, rel=0.1)
+    spread = np.std(found.output.measured)
+    assert found.output.fit == pytest.approx(100 * (1 - sigma / spread), abs=1.0)
+
+
+def test_another_arm_parts_where_it_does_something_else() -> None:
+    heavy = replace(ARM, payload=sc.Payload(0.05))
+    rig = problem(heavy).simulate(law())
+    found = sc.replay(predicted(), logged(rig, 0.5, reference=True))
+    difference = np.abs(found.output.measured - found.output.predicted)
+    limit = 0.02 * np.ptp(found.output.measured)
+    assert found.output.apart_s is not None
+    before = found.t < found.output.apart_s
+    assert (difference[before] > limit).sum() < 3
+    assert difference.max() > limit
+    assert found.output.fit < 98
+
+
+def test_gain_and_dead_time_of_the_rig_are_held_against_the_margins() -> None:
+    loop = problem().judge(law()).loop
+    torque = 0.02 * sc.prbs(6000, amplitude=1.0, seed=2)
+    log = sc.simulated_log(ARM, torque, T, noise=1e-3, seed=3)
+    use = margin_use(loop, log)
+    assert use.holds
+    assert use.gain_db[0] < 0.05
+    assert use.gain_db[1] > -0.05
+    assert abs(sum(use.delay_s) / 2) < 0.1 * T
+    weak = sc.simulated_log(ARM, torque, T, noise=1e-3, seed=3, gain=0.5)
+    use = margin_use(loop, weak)
+    assert np.mean(use.gain_db) == pytest.approx(20 * np.log10(0.5), abs=0.1)
+    assert use.gain_margins_db[0] < use.gain_db[0]  # a PD loop stands that
+
+
+def test_a_slew_without_noise_tells_the_gain_and_no_deviation_of_nothing() -> None:
+    log = logged(predicted(), 0.4)
+    use = margin_use(problem().judge(law()).loop, log)
+    assert use.gain_db == pytest.approx((0.0, 0.0), abs=1e-6)
+    assert use.delay_s == pytest.approx((0.0, 0.0), abs=1e-8)
+    assert "hardly determined" not in str(sc.fit(ARM, log, ["gain", "delay"]))
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"sensor": "moment@50mm"}, "no moment@50mm"),
+        ({"actuator": "voltage"}, "the controller commands a torque"),
+    ],
+)
+def test_a_log_of_something_else_is_refused(change: dict[str, str], told: str) -> None:
+    log = logged(predicted(), 0.3)
+    other = Log(T, log.input, log.output, **change)
+    with pytest.raises(sc.InputError, match=told):
+        sc.replay(predicted(), other)
+
+
+def test_a_log_that_ends_too_early_is_refused() -> None:
+    log = logged(predicted(), 0.0)
+    with pytest.raises(sc.InputError, match="give the whole slew"):
+        sc.replay(predicted(), Log(T, log.input[:40], log.output[:40]))
