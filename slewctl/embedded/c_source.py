@@ -159,9 +159,10 @@ def _answer(program: Program, rows: Rows, how: Dialect) -> list[str]:
     name, m = program.name, len(program.sensors)
     every = [*rows.command, *(term for row in rows.states for term in row)]
     used = {term.of for term in every}
-    sums = [statement("wanted", [*how.total(rows.command), f"+ {_wide(how, f'c->held[{m + 1}]')}"])]
+    added = f"({how.wide})c->held[{m + 1}]" if how.whole else f"c->held[{m + 1}]"
+    less = "word(command - wanted)" if how.whole else "command - wanted"
     cut = any(term.of == "cut" for row in rows.states for term in row)
-    lines = [
+    return [
         "/* The law itself: command and next states of what is held. */",
         f"static {name}_number answer({name}_controller *c)",
         "{",
@@ -172,25 +173,16 @@ def _answer(program: Program, rows: Rows, how: Dialect) -> list[str]:
         *([f"    {how.wide} added[{program.name.upper()}_STATES];"] if rows.states else []),
         *([f"    {how.wide} cut;"] if cut else []),
         f"    {how.wide} wanted;",
-        "    int k;" if rows.states else "",
+        *(["    int k;"] if rows.states else []),
         "",
-        *sums,
+        statement("wanted", [*how.total(rows.command), f"+ {added}"]),
         *_limited(program, rows, how),
-        *(
-            [f"    cut = {'word(command - wanted)' if how.whole else 'command - wanted'};"]
-            if cut
-            else []
-        ),
+        *([f"    cut = {less};"] if cut else []),
         *_states(program, rows, how),
         "    return command;",
         "}",
         "",
     ]
-    return [line for line in lines if line or lines.index(line)]
-
-
-def _wide(how: Dialect, text: str) -> str:
-    return f"({how.wide}){text}" if how.whole else text
 
 
 def _limited(program: Program, rows: Rows, how: Dialect) -> list[str]:

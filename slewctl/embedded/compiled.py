@@ -77,7 +77,7 @@ class Compiled:
     def __init__(self, program: Program, library: ctypes.CDLL) -> None:
         kind = _KINDS[Dialect.of(program).number]
         self.words = program.words
-        self._library, self._name = library, program.name
+        self.library = library
         self._readings = (kind * len(program.sensors))()
         library.probe_size.restype = ctypes.c_size_t
         self._memory = ctypes.create_string_buffer(library.probe_size())
@@ -106,7 +106,7 @@ class Compiled:
     @property
     def fault(self) -> int:
         """Zero, or why it commands nothing any more."""
-        return int(self._library.probe_fault(self._of))
+        return int(self.library.probe_fault(self._of))
 
     def init(self, angle: Any) -> None:
         """Start at rest at an angle."""

@@ -11,7 +11,14 @@ import pytest
 
 import slewctl as sc
 from slewctl.compare import Judgement
-from slewctl.embedded import CodeOptions, Program, program_files, program_of
+from slewctl.embedded import (
+    CodeOptions,
+    Compiled,
+    Program,
+    compile_program,
+    program_files,
+    program_of,
+)
 
 WITH_COMPILER = pytest.mark.skipif(
     not (shutil.which("cc") and shutil.which("g++")), reason="no C and C++ compiler is installed"
@@ -44,6 +51,16 @@ def judged(limit: float | None = 0.4, **options: float) -> Judgement:
 def program(kind: str = "double", limit: float | None = 0.4) -> Program:
     """Return its program in one of `KINDS`."""
     return program_of(judged(limit), KINDS[kind], "06-a beam", ("Made for a test.",))
+
+
+@cache
+def library(kind: str, limit: float | None) -> Compiled:
+    return compile_program(program(kind, limit))
+
+
+def compiled(kind: str = "double", limit: float | None = 0.4) -> Compiled:
+    """Return that program as compiled once, with a state of its own."""
+    return Compiled(program(kind, limit), library(kind, limit).library)
 
 
 def written(made: Program, folder: Path, **changed: str) -> None:

@@ -8,11 +8,29 @@ from typing import Any
 
 import numpy as np
 import pytest
-from programs import KINDS, SANITIZED, STRICT, WITH_COMPILER, judged, program, run, written
+from programs import (
+    KINDS,
+    SANITIZED,
+    STRICT,
+    WITH_COMPILER,
+    compiled,
+    judged,
+    program,
+    run,
+    written,
+)
 
 import slewctl as sc
 from slewctl.compare import digital_loss
-from slewctl.embedded import Program, Runner, compile_program, program_files, read_back
+from slewctl.embedded import (
+    CodeOptions,
+    Program,
+    Runner,
+    compile_program,
+    program_files,
+    program_of,
+    read_back,
+)
 from slewctl.embedded.rows import rows_of
 from slewctl.embedded.runner import FAULT_NUMBER, FAULT_READING, FAULT_STUCK
 from slewctl.embedded.trial import trial
@@ -114,7 +132,7 @@ def test_a_changed_coefficient_is_seen(tmp_path: Path, monkeypatch: pytest.Monke
 )
 def test_what_is_read_out_is_the_controller(kind: str, digits: float) -> None:
     made = program(kind)
-    read = read_back(made, compile_program(made))
+    read = read_back(made, compiled(kind))
     for name in "ABCD":
         own = getattr(made.system, name)
         assert getattr(read.linear, name) == pytest.approx(own, abs=digits * np.abs(own).max()), (
@@ -133,7 +151,7 @@ def test_what_is_read_out_is_the_controller(kind: str, digits: float) -> None:
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_it_starts_at_any_angle_without_a_jump(kind: str) -> None:
     made = program(kind, limit=None)
-    one = compile_program(made)
+    one = compiled(kind, limit=None)
     angle: Any = 0.4
     readings: list[Any] = [0.4 * at_rest for at_rest in made.at_rest]
     step = 1e-9 if kind == "double" else 1e-5
@@ -151,7 +169,7 @@ def test_what_is_no_reading_is_replaced_by_the_last_for_as_long_as_the_margin_la
     none: float,
 ) -> None:
     made = program()
-    one, held = compile_program(made), compile_program(made)
+    one, held = compiled(), compiled()
     margin = judged().margins.delay_s.value
     assert made.most_missed == int(margin / 0.02) > 0
     for runner in (one, held):
@@ -168,7 +186,7 @@ def test_what_is_no_reading_is_replaced_by_the_last_for_as_long_as_the_margin_la
 
 
 def test_one_good_reading_in_time_is_enough() -> None:
-    made, one = program(), compile_program(program())
+    made, one = program(), compiled()
     for k in range(50):
         good = k % (made.most_missed + 1) == made.most_missed
         one.step([0.01 if good else np.nan, 0.0], 0.0, 0.0)
@@ -176,7 +194,7 @@ def test_one_good_reading_in_time_is_enough() -> None:
 
 
 def test_a_reading_that_stands_still_at_full_command_is_stuck() -> None:
-    made, one = program(), compile_program(program())
+    made, one = program(), compiled()
     first_mode = judged().loop.model.frequencies_hz[0]
     assert made.most_still == int(np.ceil(1 / first_mode / 0.02))
     one.step([0.0, 0.0], 3.0, 0.0)
@@ -196,7 +214,7 @@ def test_a_reading_that_stands_still_at_full_command_is_stuck() -> None:
 
 
 def test_a_command_that_is_no_number_is_none() -> None:
-    one = compile_program(program(limit=None))
+    one = compiled(limit=None)
     assert one.step([1e30, 1e30], 0.0, 0.0) == 0
     assert one.fault == FAULT_NUMBER
 
@@ -218,8 +236,8 @@ def test_the_states_know_of_a_command_that_was_cut_off() -> None:
 @pytest.mark.parametrize("kind", ["double", "float", "16 bits", "20 bits"])
 def test_raw_units(kind: str) -> None:
     made = program(kind)
-    library = compile_program(made)._library
-    one = compile_program(made)
+    one = compiled(kind)
+    library = one.library
     of_counts, steps = library.a_beam_theta_of_counts, library.a_beam_steps_of_command
     of_counts.restype, steps.argtypes = one._step.restype, [one._step.restype]
     other_way = -1 if "theta" in made.options.reversed else 1
@@ -237,6 +255,27 @@ def test_raw_units(kind: str) -> None:
         assert of_counts(2**31 - 1) == -made.words.largest - 1
     else:
         assert steps(1e20) == -steps(-1e20) > 2**31 - 200
+
+
+LAWS: dict[str, dict[str, Any]] = {
+    "gains alone": {"D": [[-2.0, -1.0]]},
+    "a state that nothing moves": {"A": [[0.5]], "B": [[0.0, 0.0]], "C": [[1.0]], "D": [[-2.0, -1.0]]},
+    "a state that nothing sees": {"A": [[0.5]], "B": [[1.0, 2.0]], "C": [[0.0]], "D": [[-2.0, -1.0]]},
+    "a double pole": {"A": [[0.6, 0.1], [0.0, 0.6]], "B": [[0.0, 0.1], [0.1, 0.0]], "C": [[1.0, -2.0]],
+                      "D": [[-2.0, -1.0]]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("law", "options"),
+    [("gains alone", CodeOptions()), *((law, CodeOptions("fixed", word=16)) for law in LAWS)],
+)
+def test_laws_of_any_shape(law: str, options: CodeOptions) -> None:
+    K = sc.given(**LAWS[law], inputs=["theta", "theta_dot"], feedback="positive", sample_time=0.005)
+    before = judged().yardstick.judge(K, judged().slew)
+    made = program_of(before, options, "a beam")
+    read = read_back(made, compile_program(made))
+    assert digital_loss(before, before.yardstick.judge(read, before.slew)).worst < 2e-3
 
 
 def test_python_runs_the_law_as_it_stands_in_its_matrices() -> None:

@@ -138,8 +138,12 @@ def rounded(
     names = [*system.input_labels, system.output_labels[0], "theta_ref"]
     bits = fractions(word, fraction, names, signals.largest)
     sizes = _FREE * signals.largest_states(turned)
-    states = tuple(word - 1 - whole_bits(float(size)) if size else 0 for size in sizes)
     readings, command = bits[: system.ninputs], bits[system.ninputs]
+    states = tuple(
+        # Of a state that nothing moves a step is at most one of the command.
+        word - 1 - whole_bits(float(size)) if size else command + max(whole_bits(float(seen)), 0)
+        for size, seen in zip(sizes, np.abs(system.C[0]), strict=True)
+    )
     columns, rows = np.array([*states, *readings]), np.array([*states, command])
     n = system.nstates
     # What is added to a state in a sample: near z = 1 its coefficients keep more digits.

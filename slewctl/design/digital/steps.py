@@ -119,7 +119,7 @@ class DigitalSteps:
         words = f"reduced from {self.linear.nstates} states to {order} by what its loop needs"
         made = _replaced(self, *found, words)
         poles, _, cost = achieved(plant, made.linear, self.delay)
-        return replace(made, poles=poles, h2_cost=cost.value)  # type: ignore[type-var]
+        return replace(made, poles=poles, h2_cost=cost.value, continuous=None)  # type: ignore[type-var]
 
     def in_sections(self: Made) -> Made:
         """Return the same controller in modal sections: a real pole or a pair of them each.
