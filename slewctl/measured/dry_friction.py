@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.measured.rig_model import HeldRig, Modes, equations, hold
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.matrix_equations import solve_discrete_riccati
 from slewctl.plant.statespace import Actuator
 
 STEPS = 6
@@ -95,6 +95,11 @@ class Rubbing:
             In s.
         dry, noise : float
             Friction, which is not known well, and the deviation of the reading.
+
+        Raises
+        ------
+        AccuracyError
+            If there is no filter to working precision, as beside readings without noise.
         """
         h = sample_time / STEPS
         whole = HeldRig.of(system, sample_time, delay)
@@ -157,6 +162,6 @@ def mean_sign(before: float, free: float, halts: float) -> float:
 
 def _filter(rig: HeldRig, push: Array, noise: float) -> Array:
     """Return the gain of the stationary Kalman filter of a rig that is pushed by white noise."""
-    C = rig.output[None]
-    P = solve_discrete_are(rig.transition.T, C.T, np.outer(push, push), np.array([[noise**2]]))
-    return np.asarray((P @ C.T / (C @ P @ C.T + noise**2))[:, 0])
+    C, w = rig.output[None], push / noise  # in units in which the noise is one
+    P = solve_discrete_riccati(rig.transition.T, C.T, np.outer(w, w), np.ones((1, 1))).X
+    return np.asarray((P @ C.T / (C @ P @ C.T + 1))[:, 0])

@@ -211,9 +211,12 @@ class RecordData:
         system = equations(rig.arm, channel.actuator, channel.sensor, self.modes, beside=(RUBBED,))
         moves = float(np.std(log.input))
         dry = max(self.dry_friction(remainder)[0], _LEAST_DRY * moves)
-        model = Rubbing.of(
-            system, self._where_it_rubs(rig), channel.sample_time, rig.delay, dry, self.noise
-        )
+        where = self._where_it_rubs(rig)
+        try:
+            model = Rubbing.of(system, where, channel.sample_time, rig.delay, dry, self.noise)
+        except AccuracyError:  # readings too exact to doubt the rig by
+            self._rubs = None
+            return self.state_part(rig)
         self._rub(model.signs(rig.gain * log.input, log.output, dry))
         remainder = self.state_part(rig)
         dry, deviation = self.dry_friction(remainder)
