@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from slewctl.compare import (
 )
 from slewctl.compare.ladder import TOLD, redesigned
 from slewctl.compare.study.processes import Processes, usable_cores
+from slewctl.design import Controller
 from slewctl.errors import InputError, SlewctlError, check_choice
 from slewctl.files import (
     DesignFile,
@@ -30,6 +31,9 @@ from slewctl.files import (
     read_design,
 )
 from slewctl.gate import verdicts
+from slewctl.loop.on_measured import OnMeasured, on_measured
+from slewctl.measured.rig_parameters import Rig
+from slewctl.plant.dead_time import loop_dead_time
 
 _HEADINGS = {
     "gain_margin_db": "gain (dB)",
@@ -51,43 +55,54 @@ class Outputs:
 
     def check(self) -> None:
         """Refuse what cannot be written, before anything is computed."""
-        from slewctl.report.printed import STYLES
+        if self.style is None:
+            return
+        from slewctl.report.printed import STYLES  # loads matplotlib, for figures alone
 
-        if self.style is not None:
-            check_choice(self.style, STYLES, "--style")
-        if self.style is not None and self.figures is None:
+        check_choice(self.style, STYLES, "--style")
+        if self.figures is None:
             raise InputError(
                 "is a style of figures, and none are asked for",
                 where="--style",
                 remedy="add --figures DIR",
             )
 
+    @property
+    def printed(self) -> str:
+        """The style of the figures; empty where none are asked for."""
+        return (self.style or "paper") if self.figures else ""
+
 
 def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
     """Write the comparison report of designs; return the exit status."""
-    from slewctl.report import write_comparison, write_figures  # matplotlib is only needed here
+    from slewctl.report import write_comparison
 
     outputs.check()
     names = name_designs(find_designs(paths))
     if not names:
         raise InputError("only studies, no design", remedy="name a design file")
     told = Told()
-    designs = [told.trying(read_design, path, name, slew=True) for path, name in names.items()]
+    designs = [told.trying(read_design, path, name) for path, name in names.items()]
     good = [design for design in designs if design is not None]
     with progress(count_designs([design.case for design in good])) as step:
-        found = [pair for pair in _all_compared(good, told, step) if pair is not None]
-        results = tuple(result for result, _ in found)
+        found = [
+            pair for pair in _all_compared(good, outputs.printed, told, step) if pair is not None
+        ]
+        results = tuple(result for result, _, _ in found)
         if results:
             step("writing")
             page = write_comparison(
                 Comparison(results),
                 outputs.out,
                 as_parquet=outputs.parquet,
-                sections=[drawn for _, drawn in found],
+                sections=[section for _, section, _ in found],
                 split=outputs.split,
             )
             if outputs.figures is not None:
-                write_figures(Comparison(results), outputs.figures, outputs.style or "paper")
+                from slewctl.report import write_figures  # loads matplotlib
+
+                drawn = [files for _, _, files in found]
+                write_figures(Comparison(results), outputs.figures, drawn=drawn)
     for result in results:
         stable = sum(e.stable for e in result.evaluations)
         OUT.print(
@@ -100,17 +115,22 @@ def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
     return told.status
 
 
+_Compared = tuple[CaseResult, dict[str, Any], dict[str, str | bytes]]
+
+
 def _all_compared(
-    designs: Sequence[DesignFile], told: Told, step: Callable[[str], None]
-) -> Iterator[tuple[CaseResult, dict[str, Any]] | None]:
-    """Yield each design's result and what the page shows of it, from as many cores as there are."""
+    designs: Sequence[DesignFile], style: str, told: Told, step: Callable[[str], None]
+) -> Iterator[_Compared | None]:
+    """Yield each design's result and what is shown of it, from as many cores as there are."""
     workers = min(len(designs), usable_cores())
     if workers < 2:
         for place, design in enumerate(designs):
-            yield told.trying(_compared, place, design, step)
+            yield told.trying(_compared, place, design, style, step)
         return
     with Processes(workers) as pool:
-        futures = [pool.submit(_compared, place, design) for place, design in enumerate(designs)]
+        futures = [
+            pool.submit(_compared, place, design, style) for place, design in enumerate(designs)
+        ]
         try:
             for future, design in zip(futures, designs, strict=True):
                 yield told.trying(future.result)
@@ -124,14 +144,25 @@ def _all_compared(
 
 
 def _compared(
-    place: int, design: DesignFile, step: Callable[[str], None] | None = None
-) -> tuple[CaseResult, dict[str, Any]]:
+    place: int, design: DesignFile, style: str, step: Callable[[str], None] | None = None
+) -> _Compared:
+    """Return a design's result, its part of the page, and its figures in a style, if any."""
     from slewctl.report.comparison import section
 
     with design.source.computing():
         (result,) = compare([design.case], step).cases
         found = verdicts(design, result.chosen.judgement)
-    return result, section(place, result, map(_told, found))
+        result = replace(
+            result,
+            slewed="slew" in design.source.content,
+            measured=_on_measured(design, result.chosen.controller),
+        )
+    files: dict[str, str | bytes] = {}
+    if style:
+        from slewctl.report.printed import design_files  # loads matplotlib
+
+        files = design_files(place, result, style)
+    return result, section(place, result, map(_told, found)), files
 
 
 def _told(finding: Finding) -> dict[str, object]:
@@ -149,6 +180,24 @@ def _told(finding: Finding) -> dict[str, object]:
         "place": place_text(verdict),
         "note": verdict.note,
     }
+
+
+def _on_measured(design: DesignFile, controller: Controller) -> OnMeasured | None:
+    """Return what the controller meets on the measured response of a design, if it has one."""
+    plant = design.measured
+    if plant is None:
+        return None
+    rig = Rig(design.case.arm, delay=loop_dead_time(design.case.arm, [plant.response.sensor]))
+    try:
+        return on_measured(
+            plant.response,
+            controller,
+            rig,
+            unstable_poles=plant.unstable_poles,
+            poles_at_zero=plant.poles_at_zero,
+        )
+    except SlewctlError as error:
+        raise error.at("measured.file") from error
 
 
 def print_ladder(design: Path, basis: str | None, n: int | None) -> None:

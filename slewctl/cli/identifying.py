@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
+from slewctl.arm import Arm
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, progress
 from slewctl.design import Controller, given
@@ -12,8 +15,7 @@ from slewctl.errors import InputError
 from slewctl.files import computing_arm, find_arm
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
-from slewctl.loop.measured_margin_results import MeasuredMargins
-from slewctl.loop.measured_margins import measured_margins
+from slewctl.loop.on_measured import OnMeasured, on_measured
 from slewctl.measured.fit import fit
 from slewctl.measured.log import Log
 from slewctl.measured.read_log import read_log
@@ -21,9 +23,11 @@ from slewctl.measured.read_response import read_response
 from slewctl.measured.response import Response
 from slewctl.measured.rig_fit_result import RigFit
 from slewctl.measured.rig_model import Modes, equations, integrations
+from slewctl.measured.rig_parameters import Rig
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.statespace import Actuator
 
+_MAPPED = re.compile(r"columns=\{'(\w+)': '?([^'}]*)'?\}")
 _OPTIONS = {
     "fit.free": "--free",
     "columns": "--column",
@@ -49,7 +53,7 @@ def identify(
 
     start = find_arm(arm)
     names = [name.strip() for name in free.split(",") if name.strip()]
-    with options_named(_OPTIONS), progress(3) as step:
+    with options_named(_OPTIONS), _columns_as_options(), progress(3) as step:
         step("reading")
         measured: Log | Response
         if response:
@@ -58,12 +62,11 @@ def identify(
             measured = read_named_log(file, columns, sample_time, counts)
         law = given(file=controller) if controller else None
         step("fitting")
-        with computing_arm(arm):
-            found = fit(start, measured, names)
+        found = _fitted(start, arm, measured, names)
         met = _met(found, law) if law else None
         step("drawing")
         page = write_identification(found, out, met)
-    for result in (measured, found, *(met or ())[:1]):
+    for result in (measured, found, *([met[0].margins] if met else [])):
         for line in str(result).splitlines():
             OUT.print(line)
     OUT.print(f"fitted arm: {out / 'fitted.toml'}")
@@ -82,6 +85,31 @@ def _named(columns: Sequence[str]) -> dict[str, str]:
     return dict(_pair(column) for column in columns)
 
 
+@contextmanager
+def _columns_as_options() -> Iterator[None]:
+    """Let a remedy that maps a column name the option that does."""
+    try:
+        yield
+    except InputError as error:
+        remedy = _MAPPED.sub(r"--column \1=\2", error.remedy)
+        if remedy == error.remedy:
+            raise
+        remedy = remedy.replace("sample_time", "--sample-time")
+        raise InputError(error.what, where=error.where, remedy=remedy) from error
+
+
+def _fitted(start: Arm, arm: str, measured: Log | Response, names: Sequence[str]) -> RigFit:
+    """Return the fit; what is wrong with the arm names its file, what is asked for does not."""
+    with computing_arm(arm):
+        try:
+            return fit(start, measured, names)
+        except InputError as error:
+            if not error.where.startswith("fit."):
+                raise
+            wrong = error
+    raise wrong
+
+
 def _pair(told: str) -> tuple[str, str]:
     name, equals, column = told.partition("=")
     if not equals or not name or not column:
@@ -91,18 +119,19 @@ def _pair(told: str) -> tuple[str, str]:
     return name, column
 
 
-def _met(found: RigFit, law: Controller) -> tuple[MeasuredMargins, Margins | str]:
-    """Return the margins of a controller on the measured response and on the fitted arm."""
+def _met(found: RigFit, law: Controller) -> tuple[OnMeasured, Margins | str]:
+    """Return what a controller meets on the measured response, and margins on the fitted arm."""
     response = found.response
     actuator: Actuator = "voltage" if response.actuator == "voltage" else "torque"
     plant = equations(found.arm, actuator, response.sensor, Modes(found.modes))
     at_zero = integrations(found.arm, actuator, response.sensor)
-    on_rig = measured_margins(response, law, poles_at_zero=at_zero)
+    rig = Rig(found.arm, found.gain, found.delay)
+    met = on_measured(response, law, rig, poles_at_zero=at_zero)
     plant = LinearSystem(
         plant.A, found.gain * plant.B, plant.C, found.gain * plant.D,
         inputs=[actuator], outputs=[response.sensor],
     )  # fmt: skip
     try:
-        return on_rig, margins(plant, law, delay=found.delay)
+        return met, margins(plant, law, delay=found.delay)
     except UnstableLoopError as error:
-        return on_rig, error.what
+        return met, error.what

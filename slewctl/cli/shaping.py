@@ -14,6 +14,9 @@ from slewctl.compare import Judge
 from slewctl.files import read_design
 from slewctl.loop import Conditions, Shaping, compare_commands
 
+# Residuals that are rounding.
+_ROUNDING = 1e-9
+
 
 def shape_design(design: Path, modes: int | None, error: float, out: Path | None) -> None:
     """Print shapers and profiles for a design's slew, and write a report where one is wanted."""
@@ -60,5 +63,7 @@ def _cell(value: object) -> str:
     if value is None:
         return "–"
     if isinstance(value, float):
-        return "never" if math.isinf(value) else f"{value:.4f}"
+        if math.isinf(value):
+            return "never"
+        return f"{value:.4g}" if abs(value) > _ROUNDING else "0"
     return str(value)

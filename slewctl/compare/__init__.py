@@ -42,8 +42,9 @@ if TYPE_CHECKING:
         Lost,
         Share,
     )
+    from slewctl.compare.study.count import count_points
     from slewctl.compare.study.dask_cluster import dask_cluster
-    from slewctl.compare.study.grid import Grid, Point, Setting, Study, count_points
+    from slewctl.compare.study.grid import Grid, Point, Setting, Study
     from slewctl.compare.study.point import COLUMNS, Work, evaluate_point
     from slewctl.compare.study.recommend import Recommendation, Trial, count_trials, recommend
     from slewctl.compare.study.result import StudyResult, StudySlice

@@ -22,6 +22,7 @@ from slewctl.design.methods import GIVEN
 from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
 from slewctl.loop.curves import curve
+from slewctl.loop.on_measured import OnMeasured
 from slewctl.model import Model, beam_inertia
 
 Progress = Callable[[str], None]
@@ -150,6 +151,10 @@ class CaseResult(Tabular):
         from modal data.
     ladders : tuple of Ladder
         The chosen order on each basis, as more and more modes of the truth are let in.
+    slewed : bool
+        Whether a slew was asked for: without one what the case's own gives is not told.
+    measured : OnMeasured or None
+        The chosen controller on a measured response.
     """
 
     case: Case
@@ -161,6 +166,8 @@ class CaseResult(Tabular):
     curves: tuple[LoopCurves, ...]
     shapes: tuple[ModeShapes, ...]
     ladders: tuple[Ladder, ...]
+    slewed: bool = True
+    measured: OnMeasured | None = None
 
     @property
     def from_modal_data(self) -> bool:

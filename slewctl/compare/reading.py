@@ -8,6 +8,7 @@ from slewctl._threads import single_threaded
 from slewctl.compare.judgement import Judgement
 from slewctl.compare.quantities import QUANTITIES, UNWEIGHTED, WEIGHTED, Reading
 from slewctl.errors import AccuracyError
+from slewctl.model.nonlinear import LargeDeflectionError
 
 
 @single_threaded
@@ -45,7 +46,7 @@ def read(judgement: Judgement, name: str) -> Reading:
     if quantity.kind == "slew":
         try:
             beyond = judgement.saturation
-        except AccuracyError as error:  # its extremes could not be enclosed
+        except (AccuracyError, LargeDeflectionError) as error:  # nothing is known of its extremes
             return Reading(math.nan, note=str(error))
         if beyond:
             return Reading(math.nan, note=beyond)

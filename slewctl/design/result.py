@@ -252,7 +252,9 @@ class Controller(DigitalSteps, WithSystem):
         InputError
             For another ending, or a file that cannot be written.
         """
-        stored = to_data(self.linear, self.method, self.delay, self.reference, self.state_scale)
+        stored = to_data(
+            self.linear, self.method, self.delay, self.reference, self.state_scale, self.entry
+        )
         write_data(Path(path), stored)
 
 
@@ -326,9 +328,8 @@ def finished(
     >>> finished(plant, K.linear, "mine", {}).h2_cost == K.h2_cost
     True
     """
-    if entry is None:
-        entry = _estimate_entry(plant, system)
     system, scale = balanced(system)
+    entry = _estimate_entry(plant, system, scale) if entry is None else entry / scale[:, None]
     check_finite(*(np.asarray(getattr(system, name)) for name in "ABCD"))
     poles, growth, cost = achieved(plant, system, delay)
     edge = "outside the unit circle" if system.dt else "right of the axis"
@@ -359,14 +360,15 @@ def finished(
         delay,
         reference,
         scale,
-        entry=None if entry is None else entry / scale[:, None],
+        entry=entry,
     )
 
 
-def _estimate_entry(plant: GeneralisedPlant, system: LinearSystem) -> Array | None:
+def _estimate_entry(plant: GeneralisedPlant, system: LinearSystem, scale: Array) -> Array | None:
     """Return how the input enters a law whose states are estimates of the plant's, or None."""
     names = {f"{state}_estimate": k for k, state in enumerate(plant.linear.state_labels)}
     rows = [names.get(label) for label in system.state_labels]
     if system.sample_time != plant.sample_time or {*names.values()} - {*rows}:
         return None
-    return np.array([[0.0] if row is None else plant.B2[row] for row in rows])
+    found = [[0.0] if row is None else plant.B2[row] for row in rows]
+    return np.array(found) / scale[:, None]

@@ -9,6 +9,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.design.reference import Reference
+from slewctl.errors import InputError
 from slewctl.numerics.linear_system import LinearSystem
 
 SCHEMA = "slewctl-controller/1"
@@ -21,6 +22,7 @@ def to_data(
     delay: float,
     reference: Reference | None,
     state_scale: Array,
+    entry: Array | None = None,
 ) -> dict[str, Any]:
     """Return a controller as what `slewctl.given` takes, and what else makes it the same again."""
     data: dict[str, Any] = {
@@ -37,7 +39,23 @@ def to_data(
     }
     if reference is not None:
         data |= {"reference_B": reference.B, "reference_D": reference.D}
+    if entry is not None:
+        data["entry"] = entry
     return data
+
+
+def entry_of(data: Mapping[str, Any], states: int) -> Array | None:
+    """Return how the input enters the states of an observer that slewctl wrote."""
+    if "entry" not in data:
+        return None
+    found = np.asarray(data["entry"], dtype=float).reshape(-1, 1)
+    if len(found) != states or not np.isfinite(found).all():
+        raise InputError(
+            f"{len(found)} numbers, or some that are not finite, for {states} states",
+            where="file: entry",
+            remedy="write the file again with Controller.save",
+        )
+    return found
 
 
 def reference_of(data: Mapping[str, Any]) -> Reference | None:

@@ -177,12 +177,17 @@ def arm_of_table(table: ArmTable) -> Arm:
 
 def _masses(tables: Sequence[LumpedMassTable], faults: Faults) -> list[LumpedMass] | None:
     """Return the masses along the beam, if nothing is wrong with any."""
-    made = [
-        faults.attempt(placed, f"masses.{k}", LumpedMass, **table.model_dump())
-        for k, table in enumerate(tables)
-    ]
+    made = [faults.attempt(_mass, k, table) for k, table in enumerate(tables)]
     found = [mass for mass in made if mass is not None]
     return found if len(found) == len(made) else None
+
+
+def _mass(k: int, table: LumpedMassTable) -> LumpedMass:
+    return placed(f"masses.{k}", LumpedMass, **table.model_dump())
+
+
+def _sensor(name: str, table: SensorTable) -> Sensor:
+    return placed(f"sensors.{name}", Sensor, **table.model_dump())
 
 
 def _sensors(
@@ -192,7 +197,7 @@ def _sensors(
     found = dict(arm.sensors) if arm else {}
     for name, table in tables.items():
         faults.attempt(_of_signal, name, arm)
-        sensor = faults.attempt(placed, f"sensors.{name}", Sensor, **table.model_dump())
+        sensor = faults.attempt(_sensor, name, table)
         if sensor is not None:
             found[name] = sensor
     return found

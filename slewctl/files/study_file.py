@@ -59,6 +59,6 @@ def read_study(path: Path) -> Study:
 
 def _grid(place: int, table: GridTable) -> Grid:
     try:
-        return Grid(**table.model_dump())
+        return Grid(**table.model_dump(exclude_none=True))
     except SlewctlError as error:
         raise error.within(f"grid.{place}", ".") from error

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from slewctl.compare import Grid
 from slewctl.files.schema import ArmTable, TruthTable
-from slewctl.files.table import Count, NonNegative, Positive, Table, told
+from slewctl.files.table import Count, Finite, NonNegative, Positive, Table, told
 
 
 class GridTable(Table):
@@ -38,6 +38,15 @@ class GridTable(Table):
     sensors: Annotated[
         list[list[str]], told("list of lists of text", "sets of sensors", [["theta", "theta_dot"]])
     ] = [list(names) for names in Grid.sensors]
+    variations: Annotated[
+        list[dict[str, Finite]] | None,
+        told(
+            "list of tables",
+            "what else is changed of the arm, by the keys of [variations], in SI units; {} for "
+            "the arm as it is",
+            [{}, {"actuator_delay": 0.002}],
+        ),
+    ] = None
 
 
 class StudyTable(Table):

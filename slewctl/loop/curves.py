@@ -101,8 +101,11 @@ def curve(loop: Seen, points: int = 400, step: float = 0.15) -> Curve:
             break
         omega = np.sort(np.concatenate([omega, np.sqrt(omega[1:] * omega[:-1])[coarse]]))
         values = loop.response(omega)
-    finite = np.isfinite(values)
-    return Curve(omega[finite], values[finite])
+    # On a pole or a zero of the axis itself there is nothing to draw, nor between two
+    # frequencies that are one but for rounding.
+    drawn = np.isfinite(values) & (values != 0)
+    drawn[1:] &= np.diff(np.log(omega)) > 0
+    return Curve(omega[drawn], values[drawn])
 
 
 def _frequencies(loop: Seen, points: int) -> Array:

@@ -36,6 +36,8 @@ class MeasuredLoop:
     L : ndarray, shape (m,)
     radius : ndarray, shape (m,)
         Of the disk in which L lies.
+    controller : ndarray, shape (m,)
+        L over the plant: its sign, hold and dead time included.
     plant_poles_at_zero : int
     controller_poles_at_zero : int
     unstable_poles : int
@@ -46,6 +48,7 @@ class MeasuredLoop:
     hz: Array
     L: ComplexArray
     radius: Array
+    controller: ComplexArray
     plant_poles_at_zero: int
     controller_poles_at_zero: int
     unstable_poles: int
@@ -110,8 +113,9 @@ def measured_loop(
     factor = factor * np.exp(-1j * omega * delay)
     at_zero, unstable = _poles(K, negative)
     return MeasuredLoop(
-        hz, values * factor, radius * np.abs(factor), poles_at_zero, at_zero, unstable, tuple(told)
-    )
+        hz, values * factor, radius * np.abs(factor), factor,
+        poles_at_zero, at_zero, unstable, tuple(told),
+    )  # fmt: skip
 
 
 def _shown(response: Response, told: list[str]) -> Response:

@@ -71,16 +71,28 @@ def measured_margins(
     (True, 6.02)
     """
     measured = as_response(response, "response")
+    check_count(unstable_poles, "unstable_poles", 0)
+    loop = loop_on(measured, controller, sign=sign, delay=delay, poles_at_zero=poles_at_zero)
+    return _found(loop, measured, unstable_poles)
+
+
+def loop_on(
+    response: Response,
+    controller: Controller | System | float,
+    *,
+    sign: int | None = None,
+    delay: float = 0.0,
+    poles_at_zero: int | None = None,
+) -> MeasuredLoop:
+    """Return the loop that `measured_margins` looks at."""
     direction = feedback_sign(sign, controller)
     late = check_nonnegative(delay, "delay")
-    check_count(unstable_poles, "unstable_poles", 0)
     if poles_at_zero is not None:
         check_count(poles_at_zero, "poles_at_zero", 0)
-    K = _read(controller, measured)
+    K = _read(controller, response)
     if isinstance(controller, Controller):
         late += controller.delay
-    loop = measured_loop(measured, K if direction < 0 else negated(K), late, poles_at_zero)
-    return _found(loop, measured, unstable_poles)
+    return measured_loop(response, K if direction < 0 else negated(K), late, poles_at_zero)
 
 
 def _read(controller: Controller | System | float, response: Response) -> LinearSystem:

@@ -38,6 +38,7 @@ _FIRST, _SHORT, _SECONDS, _SECOND, _ROUGH = 6, 1e-8, 2, 40, 1e-3
 _MIRRORED = -0.3
 # Of an encoder's rounding: more noise than this is something else.
 _QUIET = 2.0
+_DEGREES = 0.3  # of a logarithm: so near to 180/π is a gain asked about
 _FAR = 30.0  # a factor from where it started that is worth a word
 _NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
 
@@ -234,6 +235,11 @@ def _remarks(fit: RigFit, data: ResponseData, solution: Solution) -> list[str]:
         for each in fit.estimates
         if each.start and not 1 / _FAR < each.value / each.start < _FAR and each.name != DELAY
     ]
+    if fit.response.unit.startswith("rad") and abs(np.log(fit.gain * np.pi / 180)) < _DEGREES:
+        told.append(
+            f"a gain of {fit.gain:.3g} is nearly that of degrees: is {fit.response.sensor} in "
+            f"degrees? Then call it {fit.response.sensor}_deg"
+        )
     if fit.log is None and data.scatter_known and fit.scatter > _NOT_CLOSE:
         told.append(
             f"the residuals are {fit.scatter:.2g} times what the coherence allows: the model, or "

@@ -180,7 +180,7 @@ def _missing(held: Mapping[str, Any], where: str, what: str, names: str) -> Inpu
     return InputError(
         f"no column is known as {what}: it holds {holds(held)}",
         where=where,
-        remedy=f"map them, as columns={{{names.split()[0]!r}: …}}; known are {names}",
+        remedy=f"map them, as columns={{{names.split()[0].strip(',')!r}: …}}; known are {names}",
     )
 
 

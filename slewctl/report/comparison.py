@@ -21,6 +21,7 @@ from slewctl.compare import (
     sampling_loss,
 )
 from slewctl.compare.quantities import WEIGHTED, Kind
+from slewctl.loop.on_measured import OnMeasured
 from slewctl.report.comparison_figures import figures, looks
 from slewctl.report.comparison_tables import TABLES, file_name, known, readings
 from slewctl.report.export import (
@@ -30,6 +31,13 @@ from slewctl.report.export import (
     parquet,
     to_plain,
     write_files,
+)
+from slewctl.report.measured_panel import (
+    MEASURED_LOOP,
+    RESPONSE,
+    loop_figure,
+    margin_rows,
+    response_figure,
 )
 from slewctl.report.page import render, versions
 
@@ -137,12 +145,30 @@ def _record(result: CaseResult) -> dict[str, Any]:
             }
             for followed in result.followed
         ],
-        "evaluations": [_evaluation(e) for e in result.evaluations],
+        "evaluations": [_evaluation(e, slewed=result.slewed) for e in result.evaluations],
         "refused": result.refused,
+        **_measured(result),
     }
 
 
-def _evaluation(e: Evaluation) -> dict[str, Any]:
+def _measured(result: CaseResult) -> dict[str, Any]:
+    """Return what the controller meets on the measured response, if there is one."""
+    met = result.measured
+    if met is None:
+        return {}
+    crossings = {"measured": met.crossings, "modelled": met.modelled_crossings}
+    found = {"stable": met.margins.stable, "margins": _margin_rows(result), "roots": met.roots}
+    return {"measured": {**found, "crossings": crossings}}
+
+
+def _margin_rows(result: CaseResult) -> list[dict[str, Any]]:
+    """Return the margins on the measured response beside those on the truth; none without one."""
+    met, chosen = result.measured, result.chosen
+    own = chosen.judgement.margins if chosen.stable else None
+    return margin_rows(met.margins, own) if met else []
+
+
+def _evaluation(e: Evaluation, *, slewed: bool) -> dict[str, Any]:
     return {
         **e.origin.cells,
         "frequencies_hz": e.frequencies / (2 * math.pi),
@@ -156,7 +182,7 @@ def _evaluation(e: Evaluation) -> dict[str, Any]:
         "quantities": {
             name: {"value": known(reading)}
             | {key: said for key, said in reading._asdict().items() if said and key != "value"}
-            for name, reading in readings(e).items()
+            for name, reading in readings(e, slewed=slewed).items()
         },
     }
 
@@ -215,14 +241,18 @@ def section(
         "proof": _proof(result.chosen),
         "sampling": sampling_loss(result.chosen.judgement),
         "ratios": np.atleast_1d(result.case.arm.damping_ratio).tolist(),
-        "rows": [(e, readings(e)) for e in result.evaluations],
+        "rows": [(e, readings(e, slewed=result.slewed)) for e in result.evaluations],
+        "measured": _margin_rows(result),
         "groups": _groups(result),
         "bases": [(basis, _row(result, basis)) for basis in _bases(result)],
         "orders": sorted({e.n for e in result.evaluations}),
         "unstable": [e for e in result.evaluations if not e.stable],
-        "saturating": [e for e in result.evaluations if e.stable and e.judgement.saturation],
+        "saturating": [
+            e for e in result.evaluations if e.stable and result.slewed and e.judgement.saturation
+        ],
         "inputs": _inputs(result),
         **_drawn(result),
+        "beside": _measured_figures(place, result.measured),
     }
 
 
@@ -231,7 +261,6 @@ def _drawn(result: CaseResult) -> dict[str, Any]:
     designs = looks(result)
     return {
         "figures": [(kind, plot.svg(), caption) for kind, plot, caption in figures(result)],
-        "beside": [],
         "designs": designs,
         "names": json.dumps([look["label"] for look in designs], ensure_ascii=False),
         "modes": json.dumps([float(f"{hz:.6g}") for hz in result.truth.frequencies_hz]),
@@ -240,6 +269,15 @@ def _drawn(result: CaseResult) -> dict[str, Any]:
             for k, look in enumerate(designs)
         ),
     }
+
+
+def _measured_figures(place: int, met: OnMeasured | None) -> list[tuple[str, str]]:
+    if met is None:
+        return []
+    return [
+        (response_figure(met.response, met.computed, "truth", f"r{place}"), RESPONSE),
+        (loop_figure(met, "truth", f"m{place}"), MEASURED_LOOP),
+    ]
 
 
 # The tables of all designs: a heading, and the kinds of quantities that stand in each.
@@ -262,7 +300,7 @@ def _groups(result: CaseResult) -> list[tuple[str, list[Quantity]]]:
     return [
         (title, [q for q in quantities if q.kind in kinds and (motor or q.unit != "V")])
         for title, kinds in _TABLES_OF_KINDS.items()
-        if weighted or not set(kinds) & set(WEIGHTED)
+        if (weighted or not set(kinds) & set(WEIGHTED)) and (result.slewed or "slew" not in kinds)
     ]
 
 
@@ -291,4 +329,5 @@ def _row(result: CaseResult, basis: str) -> dict[int, Evaluation]:
 
 def _inputs(result: CaseResult) -> str:
     case = to_plain(result.case)
-    return json_text({key: item for key, item in case.items() if key not in ("name", "title")})
+    hidden = ("name", "title") if result.slewed else ("name", "title", "slew")
+    return json_text({key: item for key, item in case.items() if key not in hidden})

@@ -11,8 +11,10 @@ from slewctl._types import Array
 from slewctl.compare import CaseResult, Evaluation, LoopCurves, Rung
 from slewctl.report.loop_figures import (
     bode_figure,
+    look,
     nichols_figure,
     nyquist_figure,
+    own_last,
     sensitivity_figure,
 )
 from slewctl.report.palette import colour, dashes
@@ -26,7 +28,7 @@ Draw = Callable[[CaseResult], Plot]
 
 
 def looks(result: CaseResult) -> list[dict[str, Any]]:
-    """Return the designs that are Plot, in order, with colour and dashes."""
+    """Return the designs that are drawn, in order, with colour and dashes."""
     return [
         {
             "label": _label(curve),
@@ -41,7 +43,7 @@ def looks(result: CaseResult) -> list[dict[str, Any]]:
 def figures(result: CaseResult) -> Iterator[tuple[str, Plot, str]]:
     """Yield each figure's kind, the figure and its caption."""
     for kind, (draw, caption) in _FIGURES.items():
-        if kind != "shapes" or result.shapes:
+        if (kind != "shapes" or result.shapes) and (kind != "slew" or result.slewed):
             yield kind, draw(result), caption
 
 
@@ -111,7 +113,7 @@ def _value(rung: Rung, name: str) -> float:
 
 def _slew(result: CaseResult) -> Plot:
     """Return tip, its error and what the drive gives, for the stable loops."""
-    slews = [(k, c.slew) for k, c in enumerate(result.curves) if c.slew is not None]
+    slews = [(k, c.slew) for k, c in own_last(result) if c.slew is not None]
     by_voltage = result.case.arm.motor is not None
     drive = "motor voltage (V)" if by_voltage else "torque (N·m)"
     if not slews:
@@ -146,7 +148,7 @@ def _slew(result: CaseResult) -> Plot:
             driven.across(value, "limit")
     for (k, slew), off, push in zip(slews, errors, given, strict=True):
         for panel, values in ((tip, slew.tip), (error, off), (driven, push)):
-            panel.curve(slew.t, values, f"o{k}")
+            panel.curve(slew.t, values, look(result, k))
     return Plot(panels, f"Slew of {result.case.name} on the truth")
 
 

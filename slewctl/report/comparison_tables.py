@@ -28,9 +28,10 @@ def file_name(name: str, place: int) -> str:
     return f"{plain}-{place + 1}" if unlike else plain
 
 
-def readings(e: Evaluation) -> dict[str, Reading]:
-    """Return every quantity of a design by name."""
-    return {q.name: read(e.judgement, q.name) for q in quantities_of(e.judgement.slew)}
+def readings(e: Evaluation, *, slewed: bool) -> dict[str, Reading]:
+    """Return every quantity of a design by name; those of a slew only where one was asked for."""
+    asked = (q for q in quantities_of(e.judgement.slew) if slewed or q.kind != "slew")
+    return {q.name: read(e.judgement, q.name) for q in asked}
 
 
 def known(reading: Reading) -> float | None:
@@ -61,7 +62,7 @@ def _design_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
             "optimal_cost": case.truth.optimal_cost,
             "margins_confirmed": e.judgement.margins.confirmed if e.stable else None,
         }
-        told = readings(e)
+        told = readings(e, slewed=case.slewed)
         for name in QUANTITIES:  # all of them: the table is one of many designs
             reading = told.get(name, Reading(math.nan))
             found[name] = e.stable if name == "stable" else known(reading)
@@ -106,7 +107,7 @@ def _ladder_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
 def _slew_rows(comparison: Comparison) -> Iterable[dict[str, Any]]:
     names = ("t", "theta", "tip", "tip_deflection", "torque", "tip_reference")
     for case in comparison.cases:
-        for curves in case.curves:
+        for curves in case.curves if case.slewed else ():
             columns = [to_plain(getattr(curves.slew, name)) for name in names if curves.slew]
             row = {"case": case.case.name, **curves.origin.cells}
             for values in zip(*columns, strict=True):

@@ -19,6 +19,20 @@ _LOWEST_DB = -100.0
 _ROOM = 19.0
 
 
+def own_last(result: CaseResult) -> list[tuple[int, LoopCurves]]:
+    """Return the drawn designs with their places, the case's own last: above the others."""
+    return sorted(enumerate(result.curves), key=lambda each: _own(result, each[0]))
+
+
+def look(result: CaseResult, place: int) -> str:
+    """Return the classes of a design's curves."""
+    return f"o{place} own" if _own(result, place) else f"o{place}"
+
+
+def _own(result: CaseResult, place: int) -> bool:
+    return result.curves[place].origin == result.chosen.origin
+
+
 def bode_figure(result: CaseResult) -> Plot:
     """Return gain and phase of the return ratio, with the margins and the modes."""
     frequency = _frequency(result)
@@ -35,9 +49,9 @@ def bode_figure(result: CaseResult) -> Plot:
     )
     gain.across(0, "k")
     phase.across(-180, "k")
-    for k, curve in enumerate(result.curves):
-        gain.curve(curve.frequency_hz, curve.gain_db, f"o{k}")
-        phase.curve(curve.frequency_hz, curve.phase_deg, f"o{k}")
+    for k, curve in own_last(result):
+        gain.curve(curve.frequency_hz, curve.gain_db, look(result, k))
+        phase.curve(curve.frequency_hz, curve.phase_deg, look(result, k))
     _draw_margins(gain, phase, result)
     _name_modes(gain, result)
     return Plot([gain, phase], f"Bode plot of the return ratio of {result.case.name}")
@@ -81,11 +95,11 @@ def nichols_figure(result: CaseResult) -> Plot:
     disk = _disk(result)
     if disk is not None:
         panel.curve(np.degrees(np.angle(-disk)) - 180, 20 * np.log10(np.abs(disk)), "disk")
-    for k, curve in enumerate(result.curves):
+    for k, curve in own_last(result):
         _, values = _fine(curve)
         for phase, gain in _turns(values, curve.phase_deg[0]):
             near = np.where((gain > -30) & (gain < 60), gain, np.nan)
-            panel.curve(phase, near, f"o{k}", simple=True)
+            panel.curve(phase, near, look(result, k), simple=True)
     panel.crosses(np.array([-180.0]), np.zeros(1), "critical")
     return Plot([panel], f"Nichols plot of the return ratio of {result.case.name}")
 
@@ -112,10 +126,10 @@ def nyquist_figure(result: CaseResult) -> Plot:
     if disk is not None:
         panel.curve(disk.real, disk.imag, "disk")
     panel.across(0, "k")
-    for k, curve in enumerate(result.curves):
+    for k, curve in own_last(result):
         _, values = _fine(curve)
         near = np.where(np.abs(values) < 8, values, np.nan)
-        panel.curve(near.real, near.imag, f"o{k}", simple=True)
+        panel.curve(near.real, near.imag, look(result, k), simple=True)
     panel.crosses(np.array([-1.0]), np.zeros(1), "critical")
     return Plot([panel], f"Nyquist plot of the return ratio of {result.case.name}")
 
@@ -134,12 +148,14 @@ def _disk(result: CaseResult) -> ComplexArray | None:
 
 def sensitivity_figure(result: CaseResult) -> Plot:
     """Return the gains of S and T."""
-    curves = [(c.stable, *_fine(c)) for c in result.curves]
-    found = []
-    for _, omega, values in curves:
+    found = {}
+    for k, curve in own_last(result):
+        omega, values = _fine(curve)
         with np.errstate(divide="ignore"):
-            found.append((omega, *(20 * np.log10(np.abs(g)) for g in _sensitivities(values))))
-    tops = [float(np.max(gain[np.isfinite(gain)])) for _, *gains in found for gain in gains]
+            found[k] = (omega, *(20 * np.log10(np.abs(g)) for g in _sensitivities(values)))
+    tops = [
+        float(np.max(gain[np.isfinite(gain)])) for _, *gains in found.values() for gain in gains
+    ]
     top = min(max([*tops, 6.0]) + 6, 40.0)
     s, t = stacked(
         _frequency(result),
@@ -151,9 +167,9 @@ def sensitivity_figure(result: CaseResult) -> Plot:
     )
     for panel in (s, t):
         panel.across(0, "k")
-    for k, (omega, sensitivity, complementary) in enumerate(found):
+    for k, (omega, sensitivity, complementary) in found.items():
         for panel, gain in ((s, sensitivity), (t, complementary)):
-            panel.curve(omega / (2 * np.pi), np.maximum(gain, -90), f"o{k}", simple=True)
+            panel.curve(omega / (2 * np.pi), np.maximum(gain, -90), look(result, k), simple=True)
     if result.chosen.stable:
         peak = result.chosen.judgement.margins.modulus
         if peak.frequency_hz and peak.value > 0:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from slewctl.report.palette import ALARM
 from slewctl.report.plot import Item, Panel, Plot
 from slewctl.report.scale import Axis
 
+# Of the PNG: what printers ask for.
 _DPI = 300
 
 
@@ -54,7 +55,13 @@ STYLES: Mapping[str, Style] = {
 }
 
 
-def write_figures(comparison: Comparison, folder: Path, style: str = "paper") -> Path:
+def write_figures(
+    comparison: Comparison,
+    folder: Path,
+    style: str = "paper",
+    *,
+    drawn: Iterable[Mapping[str, str | bytes]] | None = None,
+) -> Path:
     """Write the figures of a comparison for a paper, with tables in LaTeX and the data.
 
     Parameters
@@ -62,10 +69,12 @@ def write_figures(comparison: Comparison, folder: Path, style: str = "paper") ->
     comparison : Comparison
     folder : Path
         Gets, of every design, each figure as PDF, PNG and CSV and a table of all that was tried
-        as ``.tex`` and CSV; and ``designs.tex`` and ``designs.csv`` of the designs themselves.
+        as ``.tex`` and CSV; and ``all-designs.tex`` and ``.csv`` of the designs themselves.
         The tables are tabulars that need LaTeX's booktabs.
     style : {"paper", "wide", "slides"}
         One column of a paper (3.5 inches), two (7.2 inches), or slides.
+    drawn : iterable of mapping, optional
+        What `design_files` returned of each case, where it was drawn in another process.
 
     Returns
     -------
@@ -89,17 +98,30 @@ def write_figures(comparison: Comparison, folder: Path, style: str = "paper") ->
     >>> from slewctl.report import write_figures
     >>> write_figures(compare([case]), Path("figures"))  # doctest: +SKIP
     """
-    chosen = STYLES[check_choice(style, STYLES, "style")]
-    files: dict[str, str | bytes] = {}
-    for place, result in enumerate(comparison.cases):
-        name = file_name(result.case.name, place)
-        for kind, plot, _ in figures(result):
-            files |= {f"{name}-{kind}.{end}": data for end, data in _set(plot, result, chosen)}
-        rows = [_row(e) for e in result.evaluations]
-        files |= _table(f"{name}-table", rows)
+    if drawn is None:
+        drawn = (design_files(k, case, style) for k, case in enumerate(comparison.cases))
     own = [{"design": r.case.name, **_row(r.chosen)} for r in comparison.cases]
-    write_files(folder, {**_table("designs", own), **files})
+    files = _table("all-designs", own)
+    for of_design in drawn:
+        files |= of_design
+    write_files(folder, files)
     return folder
+
+
+def design_files(place: int, result: CaseResult, style: str) -> dict[str, str | bytes]:
+    """Return the files of one design: its figures, their data and its table.
+
+    Raises
+    ------
+    InputError
+        For an unknown style.
+    """
+    chosen = STYLES[check_choice(style, STYLES, "style")]
+    name = file_name(result.case.name, place)
+    files = _table(f"{name}-table", [_row(e) for e in result.evaluations])
+    for kind, plot, _ in figures(result):
+        files |= {f"{name}-{kind}.{end}": data for end, data in _set(plot, result, chosen)}
+    return files
 
 
 def _set(plot: Plot, result: CaseResult, style: Style) -> Iterator[tuple[str, str | bytes]]:
@@ -188,7 +210,7 @@ _LOOKS: Mapping[str, dict[str, Any]] = {
 
 
 def _item(ax: Axes, item: Item, designs: Sequence[Mapping[str, Any]]) -> None:
-    own = item.look.removeprefix("o")
+    own = item.look.split()[0].removeprefix("o")
     look = _line(designs[int(own)]) if own.isdecimal() else _LOOKS.get(item.look, {})
     if item.look in ("disk", "unstable"):
         ax.fill(item.x, item.y, facecolor=ALARM, alpha=0.14, edgecolor="none")
@@ -220,7 +242,7 @@ def _data(
     """Yield a row for every point of every design's curves."""
     for panel in panels:
         for item in panel.items:
-            own = item.look.removeprefix("o")
+            own = item.look.split()[0].removeprefix("o")
             if item.kind == "word" or not own.isdecimal():
                 continue
             keys = {"design": designs[int(own)]["label"], "quantity": panel.y.label}
@@ -241,7 +263,7 @@ _COLUMNS = (
 
 def _row(e: Evaluation) -> dict[str, Any]:
     """Return a row of a table: what a controller was made on, and its margins."""
-    found = readings(e)
+    found = readings(e, slewed=False)
     values = {name: known(found[name]) for name, _, _ in _COLUMNS}
     return {
         **e.origin.cells,
@@ -253,7 +275,7 @@ def _row(e: Evaluation) -> dict[str, Any]:
     }
 
 
-def _table(name: str, rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+def _table(name: str, rows: Sequence[Mapping[str, Any]]) -> dict[str, str | bytes]:
     """Return rows as CSV and as a tabular of LaTeX's booktabs; a column of nothing is left out."""
     used = [key for key in rows[0] if any(row[key] not in (None, "") for row in rows)]
     columns = "".join("l" if isinstance(rows[0][key], str) else "r" for key in used)

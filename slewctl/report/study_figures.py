@@ -23,6 +23,7 @@ AXIS_NAMES = {
     "sensors": "sensors",
     "method": "method",
     "n": "functions n",
+    "variation": "change of the arm",
 }
 
 

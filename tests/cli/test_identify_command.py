@@ -57,7 +57,7 @@ def test_a_log_becomes_a_report_and_an_arm(folder: Path) -> None:
     page = (out / "index.html").read_text()
     assert "&lt;rig&gt; &amp; arm" in page
     assert "<rig>" not in page
-    assert page.count("<svg") == 1
+    assert page.count("<svg") == 2  # the response, and what the controller makes of it
     header, first, *_ = (out / "response.csv").read_text().splitlines()
     assert len(header.split(",")) == len(first.split(",")) == 7
     # What it wrote is what a design file's [measured] reads.
@@ -71,8 +71,8 @@ def test_a_mistake_is_one_line(folder: Path) -> None:
     good = {"--arm": folder / "arm.toml", "--free": "gain", "--out": folder / "no"}
     wrong = (
         ({}, folder / "none.csv", (), "there is no such file"),
-        ({}, folder / "run.csv", (), "no column is known as actuator: it holds t, u, enc"),
-        ({"--free": "beam.stifness"}, folder / "run.csv", COLUMNS, "did you mean"),
+        ({}, folder / "run.csv", (), "it holds t, u, enc; map one, as --column voltage=…"),
+        ({"--free": "beam.stifness"}, folder / "run.csv", COLUMNS, "slewctl: --free: unknown"),
         ({}, folder / "run.csv", ("--column", "enc"), "maps nothing"),
         ({}, folder / "run.csv", (*COLUMNS, "--sample-time", "0.02"), "clocks disagree"),
         ({"--arm": "papr-beam"}, folder / "run.csv", COLUMNS, "did you mean"),

@@ -44,7 +44,7 @@ def written(folder: Path, *, name: str = "theta_deg") -> tuple[Path, Path]:
     """A design, and the log of its slew, which begins after 0.4 s."""
     design, log = folder / "servo.toml", folder / "slew.csv"
     design.write_text(DESIGN)
-    judging = Judge(read_design(design, slew=True).case)
+    judging = Judge(read_design(design).case)
     judged = judging.evaluate(*judging.chosen).judgement
     made = sc.simulate(judged.loop, judged.slew)
     t = 0.005 * np.arange(380)

@@ -29,12 +29,12 @@ sample_time = 0.005
 discretise = "tustin"
 
 [truth]
-modes = 4
+modes = 3
 
 [slew]
 angle_deg = 60.0
 duration_s = 0.6
-horizon_s = 1.5
+horizon_s = 1.1
 """
 REQUIRED = """
 [requirements]
@@ -152,3 +152,13 @@ def test_shape_prints_and_writes_what_each_shaper_costs(
 def test_shape_refuses_with_what_would_work(tmp_path: Path, servo: str, told: str) -> None:
     with pytest.raises(InputError, match=told):
         shape_design(write(tmp_path, servo=servo), None, 0.1, None)
+
+
+def test_a_slew_that_the_equations_cannot_describe_fails_with_the_reason(tmp_path: Path) -> None:
+    servo = SERVO.replace("angle_deg = 60.0", "angle_deg = 170.0").replace("0.6", "0.12")
+    servo = servo.replace("stiffness = 0.2128", "stiffness = 0.01")
+    result = check_file(write(tmp_path, "nonlinear = true\n", servo=servo))
+    assert result.status == "failed"
+    notes = [f.verdict.note for f in result.findings if f.verdict.quantity.kind == "slew"]
+    assert notes
+    assert all("slew more gently" in note for note in notes)

@@ -391,3 +391,36 @@ def test_no_recommendation_where_nothing_is_stable() -> None:
     """Without damping every mode that the controller does not know is on the edge."""
     with pytest.raises(DesignError, match=r"no design for .*; damping ratio 0 \(as published\)"):
         recommend(sc.Arm(PAPER.beam, sc.Hub(0.05)), truth_modes=12, damping="0 (as published)")
+
+
+def test_a_grid_varies_what_has_no_axis_of_its_own() -> None:
+    arm = replace(PAPER, joint=sc.Joint(50.0, rotor_inertia=0.01))
+    changed = {"actuator_delay": 0.002, "joint_stiffness": 20.0}
+    axes = {"bandwidths": (0.05,), "damping_ratios": (0.02,)}
+    grid = Grid(("slewing",), (2,), hub_ratios=(1.0,), variations=({}, changed, changed), **axes)
+    plain = Grid(("slewing",), (2,), hub_ratios=(1.0, 2.0), **axes)
+    study = Study("s", "", arm, (grid, plain), truth_modes=10)
+    points = list(study.points())
+    assert count_points(study) == len(points) == 3  # the arm as it is is in both grids
+    assert len({point.key for point in points}) == 3
+    late = arm_of(arm, points[1].setting)
+    assert (late.drive.delay, late.joint and late.joint.stiffness) == (0.002, 20.0)
+    assert arm_of(arm, points[0].setting).drive.delay == 0.0
+    rows = [evaluate_point(Work(arm, 10, point))[0] for point in points[:2]]
+    assert [row["variation"] for row in rows] == [
+        "none", "actuator_delay = 0.002, joint_stiffness = 20",
+    ]  # fmt: skip
+    assert rows[0]["phase_margin_deg"] != rows[1]["phase_margin_deg"]
+    assert "variation" not in evaluate_point(Work(PAPER, 10, next(plain.points())))[0]
+    for wrong, where in (
+        ({"hub_inertia": 1.0}, "variations.0.hub_inertia"),
+        ({"actuator_dely": 1.0}, "variations.0.actuator_dely"),
+        ({"actuator_delay": "x"}, "variations.0.actuator_delay"),
+        (3, "variations.0"),
+    ):
+        with pytest.raises(sc.InputError) as refused:
+            Grid(variations=(wrong,))
+        assert refused.value.where == where
+    with pytest.raises(sc.InputError, match="no elastic joint") as refused:
+        Study("s", "", PAPER, (grid,), truth_modes=10)
+    assert refused.value.where == "grid.0.variations.1.joint_stiffness"

@@ -40,6 +40,8 @@ def assert_same(one: sc.Controller, other: sc.Controller) -> None:
     assert one.linear.state_labels == other.linear.state_labels
     assert (one.sample_time, one.delay) == (other.sample_time, other.delay)
     assert np.array_equal(one.state_scale, other.state_scale)
+    assert (one.entry is None) == (other.entry is None)
+    assert one.entry is None or np.array_equal(one.entry, other.entry)
     assert (one.reference is None) == (other.reference is None)
     if one.reference is not None and other.reference is not None:
         assert np.array_equal(one.reference.B, other.reference.B)

@@ -169,8 +169,6 @@ def test_a_slew_is_asked_for_only_where_something_is_required_of_it(tmp_path: Pa
     assert told(written(tmp_path, text + settling)) == {"slew": 1}
     varied = f"[variations.heavy]\npayload_mass = 0.1\nrequirements.{settling}"
     assert told(written(tmp_path, text + varied)) == {"slew": 1}
-    with pytest.raises(InputError, match="slew: missing"):
-        read_design(written(tmp_path, text), slew=True)
 
 
 def test_a_design_file_may_say_what_it_is_written_for(tmp_path: Path) -> None:

@@ -109,6 +109,11 @@ GIVEN: dict[str, Any] = {
         "sections": [{"notch_hz": 3.0, "width": 0.5, "depth": 0.1}, {"lowpass_hz": 50.0, "order": 2}],
         "sample_time": 0.005, "delay": 0.001, "discretise": "tustin",
     },
+    "measured": {
+        "file": "response.csv", "columns": {"gain_db": "mag"}, "actuator": "torque", "sensor": "theta",
+        "sample_time": 0.005, "factor": 1.0, "averages": 10.0, "unstable_poles": 0, "poles_at_zero": 2,
+        "requirements": {"modulus_margin": 0.3},
+    },
 }  # fmt: skip
 DESIGNS = {"designed": REST, "given": GIVEN}
 BAD: list[Any] = [-1.0, 1e300, "x", [], [1.0, 2.0, 3.0]]
@@ -145,12 +150,15 @@ def changed(tables: dict[str, Any], way: tuple[Any, ...], bad: Any) -> dict[str,
 
 
 def misplaced(path: Path, tables: dict[str, Any], read: Any) -> list[str]:
-    """Return what is told without a line, or with a key that is no path in the file."""
+    """Return what is told without a line, or with a key that is no path in the file.
+
+    Behind a key that names another file stands the place in that one.
+    """
     path.write_text(toml_text(tables), encoding="utf-8")
     content = tomllib.loads(path.read_text(encoding="utf-8"))
     wrong = []
     for fault in told(path, read):
-        found = re.fullmatch(rf"{re.escape(str(path))}:\d+(?:: (\S+))?", fault.where)
+        found = re.fullmatch(rf"{re.escape(str(path))}:\d+(?:: (\S+?)(?:: .*)?)?", fault.where)
         if not found or not _leads(content, (found[1] or "").split(".")):
             wrong.append(str(fault).replace(str(path), ""))
     return wrong
@@ -173,6 +181,7 @@ def test_what_is_wrong_is_told_at_its_key(tmp_path: Path, kind: str) -> None:
     tables, read = (ARMS[kind], read_arm) if kind in ARMS else (DESIGNS[kind], read_design)
     path = tmp_path / "x.toml"
     path.write_text(toml_text(tables), encoding="utf-8")
+    (tmp_path / "response.csv").write_text("frequency_hz,mag,phase_deg\n1,0,-90\n2,-6,-100\n")
     read(path)
     wrong: list[str] = []
     for way in leaves(tables):

@@ -314,6 +314,11 @@ def test_wrong_fits_are_refused() -> None:
         sc.fit(NOMINAL, replace(measured, actuator="voltage"), ["gain"])
 
 
+def test_degrees_are_asked_about() -> None:
+    found = sc.fit(TRUE, replace(MEASURED, values=MEASURED.values * 180 / np.pi), ["gain", "delay"])
+    assert any("is theta in degrees? Then call it theta_deg" in each for each in found.remarks)
+
+
 def test_python_controls_data_are_fitted() -> None:
     measured = exact(0.0)
     frd = ct.FrequencyResponseData(measured.values, measured.omega)

@@ -136,3 +136,12 @@ def value(key: str, text: str) -> object:
     if text in ("", "True", "False"):
         return text == "True" if text else None
     return int(text) if key in ("n", "unstable_mode") else float(text)
+
+
+def verdict(arm: str, quantity: str, passed: bool) -> dict[str, object]:
+    """Return a verdict as the command gives it to the page."""
+    return {
+        "arm": arm, "requirement": quantity, "quantity": quantity, "passed": passed,
+        "value": "4.2 dB", "limit": ">= 6 dB", "number": 4.2, "bound": 6.0,
+        "place": "3.8 Hz, mode 1", "note": "a note",
+    }  # fmt: skip

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from browsing import verdict
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -39,7 +40,7 @@ def paths(svg: str, role: str) -> dict[str, np.ndarray]:
             for run in path.get("d", "").split("M")[1:]
         ])  # fmt: skip
         across, up = points.T / FINE / np.array([[width], [height]])
-        found[look] = np.column_stack([unbent(x, across), unbent(y, 1 - up)])
+        found[look.removesuffix(" own")] = np.column_stack([unbent(x, across), unbent(y, 1 - up)])
     return found
 
 
@@ -156,14 +157,6 @@ def test_axes_and_names_are_escaped() -> None:
     ElementTree.fromstring(Plot([panel], '<"&>').svg().replace(" data-x-marked", ""))
 
 
-def verdict(arm: str, quantity: str, passed: bool) -> dict[str, object]:
-    return {
-        "arm": arm, "requirement": quantity, "quantity": quantity, "passed": passed,
-        "value": "4.2 dB", "limit": ">= 6 dB", "number": 4.2, "bound": 6.0,
-        "place": "3.8 Hz, mode 1", "note": "a note",
-    }  # fmt: skip
-
-
 def test_page_begins_with_the_verdicts_and_folds_into_pages(
     small_case: CaseResult, tmp_path: Path
 ) -> None:
@@ -173,6 +166,9 @@ def test_page_begins_with_the_verdicts_and_folds_into_pages(
     whole = write_comparison(comparison, tmp_path / "whole", sections=shown).read_text("utf-8")
     assert "1 of 2 requirements fail" in whole
     assert whole.index("<h2>Requirements</h2>") < whole.index("<details")
+    markdown = (tmp_path / "whole" / "index.md").read_text("utf-8")
+    assert "**1 of 2 requirements fail.**" in markdown
+    assert re.search(r"\| light \| gain\S+ \| 4.2 dB \| \S*>= 6 dB \| \*\*no\*\* \|", markdown)
     split = write_comparison(comparison, tmp_path / "split", sections=shown, split=True)
     overview = split.read_text("utf-8")
     assert "<figure" not in overview

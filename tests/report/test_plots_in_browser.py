@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browsing import CUT_OFF, PHONE, REPORTS, TEXTS, Browser, contrast, value
+from browsing import CUT_OFF, PHONE, REPORTS, TEXTS, Browser, contrast, value, verdict
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -17,6 +17,7 @@ from selenium.webdriver.common.keys import Keys
 from slewctl.compare import CaseResult, Comparison, StudyResult
 from slewctl.files import read_study
 from slewctl.report import write_comparison, write_study
+from slewctl.report.comparison import section
 
 READOUT = "return document.querySelector('.readout:not([hidden])')?.innerText ?? ''"
 
@@ -24,7 +25,9 @@ READOUT = "return document.querySelector('.readout:not([hidden])')?.innerText ??
 @pytest.fixture(scope="module")
 def small_page(small_case: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("small")
-    return str(write_comparison(Comparison((small_case,)), folder))
+    asked = [verdict("nominal", "gain_margin_db", True), verdict("light", "disk_margin", False)]
+    shown = [section(0, small_case, asked)]
+    return str(write_comparison(Comparison((small_case,)), folder, sections=shown))
 
 
 @pytest.fixture(scope="module")

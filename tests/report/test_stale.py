@@ -61,10 +61,16 @@ def test_comparison_holds_the_numbers_of_this_code(name: str) -> None:
             assert written_reading["value"] == pytest.approx(value, rel=1e-6, abs=1e-9), quantity
 
 
+def asked(study: dict[str, Any]) -> dict[str, Any]:
+    """Return a study without the axis that its grids do not have."""
+    grids = [{k: v for k, v in grid.items() if v != [None]} for grid in study["grids"]]
+    return {**study, "grids": grids}
+
+
 def test_study_is_that_of_its_file_and_of_this_code() -> None:
     study = read_study(STUDY)
     written = json.loads((REPORTS / "study" / "results.json").read_text())
-    assert written["study"] == to_plain(study)
+    assert asked(written["study"]) == asked(to_plain(study))
     with gzip.open(REPORTS / "study" / "rows.csv.gz", "rt") as file:
         rows = list(csv.DictReader(file))
     points = list(study.points())

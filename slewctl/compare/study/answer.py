@@ -14,6 +14,7 @@ import numpy as np
 from slewctl.basis import NAMES
 from slewctl.compare.design_basis import REDUCTIONS
 from slewctl.compare.study.area_under_curve import area_under_curve
+from slewctl.compare.study.words import hubs, joined
 
 # Costs that differ by less than a percent are a draw.
 DRAW = 0.01
@@ -31,6 +32,8 @@ MEDIANS = (
 PAPERS = ("clamped-free", "slewing")
 HUB = "hub_ratio"
 OTHER_AXES = ("payload_ratio", "damping_ratio", "bandwidth", "sensors", "method", "n")
+# An axis that not every study has.
+VARIATION = "variation"
 
 Row = Mapping[str, Any]
 
@@ -181,7 +184,8 @@ def answer(rows: Sequence[Row]) -> Answer:
     judged = {row["basis"] for row in optimal}
     shares = tuple(share(optimal, basis) for basis in bases if basis in judged)
     papers = PAPERS if pairs_of(rows, *PAPERS) else None
-    elsewhere = [along(rows, *PAPERS, axis) for axis in OTHER_AXES]
+    axes = (*OTHER_AXES, VARIATION) if rows and VARIATION in rows[0] else OTHER_AXES
+    elsewhere = [along(rows, *PAPERS, axis) for axis in axes]
     return Answer(
         sentences=tuple(_sentences(rows, papers, shares)),
         duels=duels,
@@ -239,7 +243,7 @@ def pairs_of(rows: Iterable[Row], first: str, second: str) -> list[tuple[Row, Ro
 
 
 def _alike(row: Row) -> tuple[Any, ...]:
-    return tuple(row[axis] for axis in (HUB, *OTHER_AXES))
+    return (*(row[axis] for axis in (HUB, *OTHER_AXES)), row.get(VARIATION))
 
 
 def _compare(a: Row, b: Row) -> int:
@@ -341,9 +345,9 @@ def _pick(shares: Sequence[Share]) -> str:
     first = (
         f"{best.basis} ({percent(best.rate)} of its {best.designs} LQG and H2 designs are {what})"
     )
-    taken = _joined([first, *(f"{s.basis} ({percent(s.rate)})" for s in equals)], "or")
+    taken = joined([first, *(f"{s.basis} ({percent(s.rate)})" for s in equals)], "or")
     worse.sort(key=lambda share: -share.rate)
-    beside = _joined([f"with {s.basis} {percent(s.rate)}" for s in worse])
+    beside = joined([f"with {s.basis} {percent(s.rate)}" for s in worse])
     return f"For an arm of your own take {taken}{'; ' if beside else ''}{beside}."
 
 
@@ -370,7 +374,7 @@ def _where(duels: Sequence[Duel]) -> str:
         if won:
             wins = sum(d.first_wins for d in won), sum(d.second_wins for d in won)
             mine, theirs = wins if basis == first else wins[::-1]
-            at = _hubs([d.value for d in won])
+            at = hubs([d.value for d in won])
             parts.append(f"{at} the {basis} basis wins more pairs, {mine} to {theirs}")
     text = "; ".join(parts) or "with no hub does either win more pairs"
     return text[0].upper() + text[1:] + "."
@@ -383,23 +387,8 @@ def _neither(rows: Sequence[Row], papers: tuple[str, str]) -> str:
     hopeless = [r for r in ratios if not any(good(row) for row in tried if row[HUB] == r)]
     if not hopeless:
         return ""
-    at = _hubs(hopeless)
+    at = hubs(hopeless)
     return (
         f" {at[0].upper()}{at[1:]} neither has a design that loses at most {percent(GOOD)} of the "
         "optimal cost."
     )
-
-
-def _hubs(ratios: Sequence[float]) -> str:
-    """Return hub ratios in words."""
-    parts = ["without a hub"] if 0 in ratios else []
-    others = [f"{ratio:g}" for ratio in ratios if ratio]
-    if others:
-        what = "hub inertias" if len(others) > 1 else "a hub inertia"
-        parts.append(f"with {what} of {_joined(others)} times the beam's")
-    return _joined(parts)
-
-
-def _joined(parts: Sequence[str], word: str = "and") -> str:
-    """Return words as a list with "and" before the last."""
-    return f" {word} ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]]))

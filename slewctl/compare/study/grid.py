@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
-from slewctl.arm import Arm, ModalData, Payload, require_beam
+from slewctl.arm import Arm, ModalData, Payload, require_beam, vary
 from slewctl.basis import NAMES
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.compare.design_basis import SOURCES
+from slewctl.compare.study.varied import Varied, check_on, check_varied
 from slewctl.design import METHODS, options
 from slewctl.design.methods import GIVEN
 from slewctl.errors import (
@@ -63,6 +64,9 @@ class Setting:
     bandwidth : float
         ω_c/ω₁: bandwidth of the rigid arm under LQR over the first flexible frequency.
     sensors : tuple of str
+    variation : tuple of (str, float) or None
+        What else is changed of the arm, by keys of `slewctl.vary`, in SI units; None in a study
+        that changes nothing else.
     """
 
     hub_ratio: float
@@ -70,6 +74,7 @@ class Setting:
     damping_ratio: float
     bandwidth: float
     sensors: tuple[str, ...]
+    variation: Varied | None = None
 
 
 @dataclass(frozen=True)
@@ -95,7 +100,8 @@ class Point:
         """A name that sorts by setting first."""
         s = self.setting
         numbers = (s.hub_ratio, s.payload_ratio, s.damping_ratio, s.bandwidth)
-        words = (*map(repr, numbers), "+".join(s.sensors), self.method, self.basis)
+        changed = () if s.variation is None else (repr(s.variation),)
+        words = (*map(repr, numbers), "+".join(s.sensors), *changed, self.method, self.basis)
         return "|".join((*words, f"{self.n:03d}"))
 
 
@@ -111,6 +117,9 @@ class Grid:
     orders : tuple of int
     hub_ratios, payload_ratios, damping_ratios, bandwidths : tuple of float
     sensors : tuple of tuple of str
+    variations : tuple of mapping
+        What else is changed of the arm, by keys of `slewctl.vary`, in SI units, such as
+        ``{"actuator_delay": 0.002}``; ``{}`` for the arm as it is.
 
     Raises
     ------
@@ -127,6 +136,7 @@ class Grid:
     damping_ratios: tuple[float, ...] = (0.005,)
     bandwidths: tuple[float, ...] = (0.3,)
     sensors: tuple[tuple[str, ...], ...] = (("theta", "theta_dot"),)
+    variations: tuple[Any, ...] = (None,)
 
     def __post_init__(self) -> None:
         for axis in self.__dataclass_fields__:
@@ -151,6 +161,7 @@ class Grid:
             self.damping_ratios,
             self.bandwidths,
             self.sensors,
+            self.variations,
         )
         for values in settings:
             for method, basis, n in itertools.product(self.methods, self.bases, self.orders):
@@ -160,7 +171,7 @@ class Grid:
         s = point.setting
         values = (
             point.basis, point.n, point.method, s.hub_ratio, s.payload_ratio, s.damping_ratio,
-            s.bandwidth, s.sensors,
+            s.bandwidth, s.sensors, s.variation,
         )  # fmt: skip
         return all(value in axis for value, axis in zip(values, self._axes, strict=True))
 
@@ -206,6 +217,7 @@ _CHECKS: dict[str, Callable[[object, str], object]] = {
     "damping_ratios": check_damping_ratio,
     "bandwidths": check_positive,
     "sensors": check_sensors,
+    "variations": check_varied,
 }
 
 
@@ -219,7 +231,8 @@ class Study:
     arm : Arm
         Its hub inertia, payload and damping are replaced at every setting.
     grids : tuple of Grid
-        A point that several of them hold is tried once.
+        A point that several of them hold is tried once.  Where one has variations, the others
+        have the arm as it is.
     truth_modes : int
         Flexible modes of the truth; every verdict on stability is repeated on twice as many.
     """
@@ -255,6 +268,12 @@ class Study:
                 remedy=f"keep at least {2 * largest}",
             )
         _check_size(sum(map(len, self.grids)), "grid")
+        for place, grid in enumerate(self.grids):
+            check_on(self.arm, grid.variations, f"grid.{place}.variations")
+        if any(grid.variations != (None,) for grid in self.grids):
+            even = [replace(g, variations=((),)) if g.variations == (None,) else g
+                    for g in self.grids]  # fmt: skip
+            object.__setattr__(self, "grids", tuple(even))
 
     def points(self) -> Iterator[Point]:
         """Yield every point once, without a memory of those before."""
@@ -264,53 +283,12 @@ class Study:
                     yield point
 
 
-def count_points(study: Study) -> int:
-    """Return how many points a study has, without going through them.
-
-    An axis is counted by the grids that hold a value: a point is one of the study if some
-    grid holds its values of all axes.
-
-    Parameters
-    ----------
-    study : Study
-
-    Returns
-    -------
-    int
-
-    Examples
-    --------
-    >>> import slewctl as sc
-    >>> from slewctl.compare import Grid, Study, count_points
-    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
-    >>> grid = Grid(bases=("slewing",), orders=(1,), hub_ratios=(1.0,), payload_ratios=(0.0,),
-    ...     damping_ratios=(0.01,), bandwidths=(0.5,))
-    >>> study = Study("hubs", "", arm, (grid,), truth_modes=10)
-    >>> count_points(study)
-    1
-    """
-    everywhere = frozenset(range(len(study.grids)))
-    held_by = Counter({everywhere: 1})  # combinations of the axes so far, by their grids
-    for axis in Grid.__dataclass_fields__:
-        holders: dict[object, set[int]] = {}
-        for place, grid in enumerate(study.grids):
-            for value in getattr(grid, axis):
-                holders.setdefault(value, set()).add(place)
-        values = Counter(map(frozenset, holders.values()))
-        longer: Counter[frozenset[int]] = Counter()
-        for (before, many), (here, times) in itertools.product(held_by.items(), values.items()):
-            longer[before & here] += many * times
-        del longer[frozenset()]
-        held_by = longer
-    return held_by.total()
-
-
 def arm_of(base: Arm, setting: Setting) -> Arm:
     """Return the arm of a setting: the base's beam with the hub and payload wanted."""
     hub = replace(base.hub, inertia=setting.hub_ratio * beam_inertia(base))
     payload = Payload(setting.payload_ratio * beam_mass(base), base.payload.inertia)
     joint = base.joint and replace(base.joint, rotor_inertia=base.rotor_inertia)
-    return replace(
+    arm = replace(
         base,
         hub=hub,
         payload=payload,
@@ -319,6 +297,7 @@ def arm_of(base: Arm, setting: Setting) -> Arm:
         motor=None,
         joint=joint,
     )
+    return vary(arm, **dict(setting.variation or ()))
 
 
 def objective_of(arm: Arm, bandwidth: float, sensors: Sequence[str]) -> Objective:

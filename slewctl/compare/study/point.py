@@ -28,6 +28,7 @@ from slewctl.compare.study.grid import (
     slew_of,
 )
 from slewctl.compare.study.results_file import Row
+from slewctl.compare.study.varied import words
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.loop import Loop, PlantGraph, gap_between, ncf_margin, plant_graph
@@ -146,6 +147,7 @@ def evaluate_point(work: Work) -> list[Row]:
         "damping_ratio": setting.damping_ratio,
         "bandwidth": setting.bandwidth,
         "sensors": "+".join(setting.sensors),
+        **({} if setting.variation is None else {"variation": words(setting.variation)}),
         "method": point.method,
         "basis": point.basis,
         "n": point.n,

@@ -12,7 +12,16 @@ import numpy as np
 from slewctl._show import Axes, DataFrame, axes_or_new, table_html, to_frame
 from slewctl._types import Array
 from slewctl.compare.design_basis import SOURCES
-from slewctl.compare.study.answer import OPTIMAL, Answer, Row, Share, answer, share, stable
+from slewctl.compare.study.answer import (
+    OPTIMAL,
+    VARIATION,
+    Answer,
+    Row,
+    Share,
+    answer,
+    share,
+    stable,
+)
 from slewctl.compare.study.grid import Study
 
 # An optimum that moves by more with the modes of the truth is no yardstick.
@@ -182,8 +191,9 @@ class StudyResult:
 
 
 def _title(row: Row) -> str:
+    changed = f"; change of the arm: {row[VARIATION]}" if row.get(VARIATION) else ""
     return (
         f"{row['method']} from {row['sensors'].replace('+', ', ')}; payload "
         f"{row['payload_ratio']:g} of the beam's mass, damping ratio {row['damping_ratio']:g}, "
-        f"bandwidth {row['bandwidth']:g} of the first flexible frequency"
+        f"bandwidth {row['bandwidth']:g} of the first flexible frequency{changed}"
     )

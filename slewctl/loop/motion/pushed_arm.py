@@ -57,6 +57,7 @@ class PushedArm:
         for place, row in ((AT_MOTOR, model.input), (ON_HUB, model.turning), (ON_TIP, tip)):
             self.B[self.size : 2 * self.size, place] = row @ U
         self._rotor = np.array(U[0])
+        self._reads_rates = bool(self.C[:, self.size : 2 * self.size].any())
         self._squared = np.concatenate([[0.0], model.omega**2])
         self._twist = (model.turning - np.eye(self.size)[0]) @ U
         self._play = math.radians(conditions.backlash_deg) / 2
@@ -94,6 +95,10 @@ class PushedArm:
             worst = np.atleast_2d(eta)[int(np.argmin(np.atleast_1d(meeting)))]
             raise self.equations.excessive(self.loop.model.mode_shapes[1:] @ worst)
         return change, x[..., self.size : 2 * self.size] @ self._hub / meeting
+
+    def readings(self, x: Array) -> Array:
+        """Return what the sensors read of one state."""
+        return np.asarray(self.C @ (self.slowed(x) if self._reads_rates else x))
 
     def rotor_rate(self, x: Array) -> float:
         """Return the rate where the motor's torque acts, in rad/s, of one state."""

@@ -104,7 +104,7 @@ class _Law:
 
     def __init__(self, loop: SampledLoop, slew: Slew, walk: Walk, count: int) -> None:
         conditions, sensors = slew.conditions, loop.controller.sensors
-        self._walk, self._C = walk, walk.arm.C
+        self._walk = walk
         A, B, C, D = loop.controller.linear.matrices
         # One product does a sample: from [states; readings] to [states; command].
         self._matrix, self._states = np.block([[A, B], [C, D]]), len(A)
@@ -134,7 +134,7 @@ class _Law:
         if self._missed[k]:
             self.made.append(before)
             return
-        reading = self._C @ self._walk.arm.slowed(x) + self._noise[k]
+        reading = self._walk.arm.readings(x) + self._noise[k]
         for i, step in self._steps:
             reading[i] = step * round(reading[i] / step)
         row = min(k, len(self._added) - 1)
