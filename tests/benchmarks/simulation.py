@@ -14,7 +14,7 @@ import control
 import numpy as np
 
 import slewctl as sc
-from slewctl.loop.motion.anti_windup import anti_windup
+from slewctl.design.anti_windup import anti_windup
 from slewctl.loop.motion.slew_inputs import told
 
 LIMIT, SPAN = 0.25, 10.0
