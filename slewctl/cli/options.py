@@ -60,7 +60,7 @@ def _check_writable(folder: Path) -> None:
 
 OUT_FOLDER = click.option(
     "--out", required=True, type=_Folder(path_type=Path, file_okay=False), metavar="DIR",
-    help="Folder for the report; made if it isn't there.",
+    help="Folder to write to; made if it isn't there.",
 )  # fmt: skip
 
 OUT_MAYBE = click.option(

@@ -18,6 +18,7 @@ from scipy.linalg import qr
 from scipy.special import digamma, polygamma
 
 from slewctl._types import Array, ComplexArray, IntArray
+from slewctl.errors import AccuracyError
 from slewctl.measured.dry_friction import RUBBED, STEPS, Rubbing, at_the_drive, pushes
 from slewctl.measured.estimate import noise_power
 from slewctl.measured.log import Log

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import control
 import numpy as np
-from slewctl.loop.motion.anti_windup import anti_windup
 
 import slewctl as sc
+from slewctl.design.anti_windup import anti_windup
 from slewctl.loop.motion.slew_inputs import told
 
 LIMIT, SPAN = 0.25, 10.0

@@ -268,3 +268,13 @@ def test_an_observer_in_sections_is_driven_by_the_command_that_was_cut_off() -> 
         np.testing.assert_allclose(seen[1::2], seen[::2], rtol=2e-3)
     small = design(3).reduced(6, problem().plant("clamped-free", n=3))
     assert small.entry is None
+
+
+def test_a_loop_that_is_lost_is_said_and_is_no_small_loss() -> None:
+    lost = design(2).discretised(2.0)
+    loss = problem().digital_loss(design(2), lost)
+    assert not loss.stable
+    assert (loss.margin, loss.worst) == (1.0, np.inf)
+    assert str(loss).startswith("the loop is lost: unstable at ")
+    with pytest.raises(sc.UnstableLoopError):
+        problem().digital_loss(lost, design(2))
