@@ -21,7 +21,7 @@ def write_design(design: Path, out: Path) -> int:
     for note in unit_notes(file.case.arm):
         OUT.print(f"note: {note}", soft_wrap=True)
     if controller.certificate.verified:
-        next_step(f"slewctl check {design}", "is it good enough for the arm?")
+        next_step(f"slewctl export {design} --out code", "what runs on a board, as C")
         return 0
     OUT.print(f"{controller.certificate}")
     return 1

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from slewctl.check.words import number_text
 from slewctl.cli.options import options_named
-from slewctl.cli.terminal import OUT
+from slewctl.cli.terminal import OUT, next_step
 from slewctl.compare import QUANTITIES, Judge, Judgement
 from slewctl.errors import InputError, check_choice
 from slewctl.files import DesignFile, read_design
@@ -32,6 +32,7 @@ def simulate_design(
             found = simulate(judged.loop, judged.slew, step=step)
     for line in _told(judged, found):
         OUT.print(line)
+    next_step(f"slewctl shape {design}", "commands that leave less vibration")
     if out is not None:
         from slewctl.report import write_simulation  # matplotlib is only needed here
 
