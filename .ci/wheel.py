@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -36,15 +35,16 @@ def main() -> None:
             *package.rglob("*.py"),
             package / "py.typed",
             *(package / "report/templates").iterdir(),
+            *(package / "files/templates").iterdir(),
         )
         if missing := {file.relative_to(ROOT).as_posix() for file in files} - contents:
             sys.exit(f"the wheel lacks {sorted(missing)}")
         venv.create(place / "venv", with_pip=True)
         scripts = place / "venv" / ("Scripts" if os.name == "nt" else "bin")
         run(scripts / "python", "-m", "pip", "install", "--quiet", "--no-compile", wheel)
-        shutil.copy(ROOT / "designs" / "01-paper-beam.toml", place)
         run(scripts / "slewctl", "--help", where=place)
-        run(scripts / "slewctl", "check", "01-paper-beam.toml", where=place)
+        run(scripts / "slewctl", "init", "first.toml", where=place)
+        run(scripts / "slewctl", "check", "first.toml", where=place)
 
 
 if __name__ == "__main__":

@@ -228,7 +228,7 @@ def examine(
 
 
 def verdicts(design: DesignFile, judged: Judgement) -> tuple[Finding, ...]:
-    """Return the verdicts on a design that was judged already: on its arm and each variation.
+    """Return the verdicts on a design that was judged already: its arm, variations and rig.
 
     Parameters
     ----------
@@ -252,12 +252,15 @@ def verdicts(design: DesignFile, judged: Judgement) -> tuple[Finding, ...]:
     """
     asked = [(NOMINAL, judged, design.requirements)]
     for other in design.variations:
-        varied = Judge(replace(design.case, arm=other.arm)).judge(judged.controller)
-        asked.append((other.name, varied, other.requirements))
+        # They are told what the nominal arm is told: a shaper is made for that.
+        varied = Judge(replace(design.case, arm=other.arm, slew=judged.slew))
+        asked.append((other.name, varied.judge(judged.controller), other.requirements))
+    found = [(arm, verdict) for arm, one, limits in asked for verdict in judge(one, limits)]
+    if design.measured is not None:
+        on_rig, _, _ = judge_on_measured(design.measured, judged.controller)
+        found += [(MEASURED, verdict) for verdict in on_rig]
     return tuple(
-        Finding(verdict, arm, _line(design, arm, verdict.requirement))
-        for arm, judgement, limits in asked
-        for verdict in judge(judgement, limits)
+        Finding(verdict, arm, _line(design, arm, verdict.requirement)) for arm, verdict in found
     )
 
 

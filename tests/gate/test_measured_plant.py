@@ -12,9 +12,10 @@ import slewctl as sc
 from slewctl.check import NOMINAL
 from slewctl.check.measured import MEASURED, READ, judge_measured
 from slewctl.check.result import DesignResult, Finding
+from slewctl.compare import evaluate
 from slewctl.files import read_design
 from slewctl.files.measured_table import read_measured
-from slewctl.gate import check_file
+from slewctl.gate import check_file, examine, verdicts
 from slewctl.measured.response_data import rig_response
 from slewctl.measured.rig_model import Channel, Modes, integrations
 from slewctl.measured.rig_parameters import Rig
@@ -225,6 +226,19 @@ def test_every_margin_of_a_response_is_read_for_the_requirement_it_answers() -> 
     in_db = READ["sensitivity_peak_db_max"](margins)
     assert in_db.high == pytest.approx(20 * np.log10(peak.high))
     limit = peak.high * 1.001
-    verdicts = judge_measured(margins, {"sensitivity_peak_max": limit})
-    assert [verdict.passed for verdict in verdicts] == [True, True]
+    judged = judge_measured(margins, {"sensitivity_peak_max": limit})
+    assert [verdict.passed for verdict in judged] == [True, True]
     assert not judge_measured(margins, {"sensitivity_peak_max": peak.value})[1].passed
+
+
+def test_a_page_tells_the_verdicts_that_the_gate_gives(tmp_path: Path) -> None:
+    """On the arm, its variations and the rig: what was judged once is not judged otherwise."""
+    rigs = Path(__file__).parents[2] / "designs/rigs"
+    for name in ("servo-with-ruler.toml", "servo-with-ruler.csv"):
+        text = (rigs / name).read_text()
+        # Two of its ten variations are enough.
+        (tmp_path / name).write_text(text.partition("[variations.fit-2-minus]")[0])
+    design = read_design(tmp_path / "servo-with-ruler.toml")
+    found = verdicts(design, evaluate(design.case).judgement)
+    assert found == examine(design).findings
+    assert {finding.arm for finding in found} >= {"nominal", "fit-1-plus", "measured"}
