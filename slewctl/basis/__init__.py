@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from slewctl.basis.arm_matched import ArmMatched
     from slewctl.basis.clamped_free import ClampedFree
     from slewctl.basis.combined import Combined
-    from slewctl.basis.contract import Basis
+    from slewctl.basis.contract import Basis, Growth
     from slewctl.basis.hub_matched import HubMatched
     from slewctl.basis.matched_roots import Ratios
     from slewctl.basis.modal import MODAL, Modal, modal_rows
@@ -25,6 +25,7 @@ __all__ = [
     "Basis",
     "ClampedFree",
     "Combined",
+    "Growth",
     "HubMatched",
     "Modal",
     "Polynomial",
