@@ -102,7 +102,8 @@ def test_whatever_stands_in_the_file_the_rows_end_the_same(changes: list[Mutatio
         for change in changes:
             text = change(text)
         results.write_bytes(text)
-        survive = entries & set(text.splitlines(keepends=True))
+        # Lines end in \n alone; a \r before one belongs to it, and is damage.
+        survive = entries & set(re.findall(rb"[^\n]*\n", text))
         if survive:  # nothing whole is done again
             assert len(run(results, resume=True)[0]) == COUNT - len(survive)
         else:  # refused only if there is nothing to lose
