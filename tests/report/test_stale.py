@@ -14,6 +14,7 @@ import pytest
 from browsing import value
 
 from slewctl.compare import StudyResult, Work, evaluate, evaluate_point, quantities_of, read
+from slewctl.compare.study.answer import HUB, PAPERS, along, answer
 from slewctl.files import read_designs, read_study
 from slewctl.report import write_study
 from slewctl.report.export import to_plain
@@ -85,6 +86,33 @@ def test_study_is_that_of_its_file_and_of_this_code() -> None:
             assert float(row["h2_loss"]) == pytest.approx(fresh["h2_loss"], rel=1e-5, abs=1e-8)
 
 
+def study_rows() -> list[dict[str, Any]]:
+    with gzip.open(REPORTS / "study" / "rows.csv.gz", "rt") as file:
+        return [{k: value(k, v) for k, v in row.items()} for row in csv.DictReader(file)]
+
+
+def test_the_guide_counts_what_the_study_does() -> None:
+    rows = study_rows()
+    found = answer(rows)
+    text = " ".join((ROOT / "docs/does-the-basis-matter.md").read_text(encoding="utf-8").split())
+    cantilever, slewing = PAPERS
+    without, *others = along(rows, cantilever, slewing, HUB)
+    assert without.value == 0
+    won = [sum(d.first_wins for d in others), sum(d.second_wins for d in others)]
+    right, all_won = found.told_by_frequencies
+    gap = found.gap
+    assert gap is not None
+    assert gap.refuted == 0
+    for told in (
+        f"better in {without.second_wins} pairs of designs alike but for the basis and the "
+        f"cantilever's in {without.first_wins};",
+        f"the cantilever's in {won[0]} and the slewing ones in {won[1]}.",
+        f"In {right} of the {all_won} pairs",
+        f"certifies {gap.certified / gap.stable:.0%} of the stable designs".replace("%", " %"),
+    ):
+        assert told in text
+
+
 @pytest.mark.slow
 def test_study_says_what_this_code_makes_of_its_rows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -92,8 +120,7 @@ def test_study_says_what_this_code_makes_of_its_rows(
     # What is compared has no figures.
     monkeypatch.setattr("slewctl.report.study.map_figure", lambda *_: "")
     monkeypatch.setattr("slewctl.report.study.duel_figure", lambda *_: "")
-    with gzip.open(REPORTS / "study" / "rows.csv.gz", "rt") as file:
-        rows = [{k: value(k, v) for k, v in row.items()} for row in csv.DictReader(file)]
+    rows = study_rows()
     write_study(StudyResult(read_study(STUDY), rows), tmp_path)
     stamp = re.compile(r"^Made with .*$", re.M)
     fresh, written = (
