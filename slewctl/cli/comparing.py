@@ -13,6 +13,7 @@ from slewctl.check.words import limit_text, place_text, value_text
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, Told, number_table, progress, show
 from slewctl.compare import (
+    QUANTITIES,
     CaseResult,
     Comparison,
     Rung,
@@ -222,7 +223,10 @@ def _rung_cells(rung: Rung, names: Collection[str]) -> Iterable[str]:
     if not rung.stable:
         return (f"unstable at {rung.judgement.unstable_hz[0]:.4g} Hz", *[""] * (len(names) - 1))
     values = {name: rung.value(name) for name in names}
-    return (
-        "-" if value is None else f"{100 * value if name == 'h2_loss' else value:.4g}"
-        for name, value in values.items()
-    )
+    return ("-" if value is None else _rounded(name, value) for name, value in values.items())
+
+
+def _rounded(name: str, value: float) -> str:
+    """Return a value in its column's unit; less than can be told from nothing is nothing."""
+    known = 0.0 if abs(value) <= QUANTITIES[name].resolution else value
+    return f"{100 * known if name == 'h2_loss' else known:.4g}"

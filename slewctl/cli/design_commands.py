@@ -29,8 +29,9 @@ def design_command(context: click.Context, design: Path, out: Path) -> None:
 def explain_command(design: Path) -> None:
     """Say what limits DESIGN (a TOML file), and what to change first.
 
-    A few small changes are made and judged: a larger model, a slower and a faster controller,
-    a shorter clock.  The one that leaves the tightest requirement the most room is told.
+    A few changes are made and judged: a larger model, a slower and a faster controller, a
+    shorter clock; of a design that fails, a far slower one.  The one that leaves the tightest
+    requirement the most room is told.
     """
     from slewctl.cli.beginning import print_explanation
 

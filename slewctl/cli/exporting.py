@@ -12,6 +12,7 @@ from slewctl.export.formats import data_bytes
 from slewctl.files import read_design
 from slewctl.gate.compiled_design import design_program
 from slewctl.gate.fingerprint import digest
+from slewctl.loop import UnstableLoopError
 from slewctl.report.export import write_files
 from slewctl.versions import installed
 
@@ -24,7 +25,12 @@ def export_design(design: Path, form: str, out: Path) -> int:
     case = file.case
     with file.source.computing():
         judgement = Judge(case).evaluate(*case.origin).judgement
-        judgement.loop.require_stable("anything to export")
+        if not judgement.stable:
+            raise UnstableLoopError(
+                f"the loop is unstable at {judgement.unstable_hz[0]:.4g} Hz: not to be run",
+                where="controller",
+                remedy=f"see what to change by slewctl explain {design}",
+            )
         notes = provenance(judgement, case.name, digest(file.text), installed())
         if form == "c":
             program = design_program(judgement, file.export, case.name, notes)

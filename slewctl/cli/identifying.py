@@ -77,7 +77,7 @@ def read_named_log(
     file: Path, columns: Sequence[str], sample_time: float | None, counts: float | None
 ) -> Log:
     """Return a log whose columns the command line names; what is wrong names its option."""
-    with options_named(_OPTIONS):
+    with options_named(_OPTIONS), _columns_as_options():
         return read_log(file, _named(columns), sample_time=sample_time, counts_per_turn=counts)
 
 

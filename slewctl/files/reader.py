@@ -20,7 +20,7 @@ from slewctl.errors import InputError, shown
 from slewctl.files.arm_table import DESCRIBED, arm_of_table
 from slewctl.files.encoders import with_encoder_noise
 from slewctl.files.export_table import read_export
-from slewctl.files.faults import Faults, missing
+from slewctl.files.faults import Faults
 from slewctl.files.find import find_designs, name_designs, refuse_study
 from slewctl.files.given_law import (
     beside,
@@ -40,6 +40,7 @@ from slewctl.plant import Objective
 from slewctl.plant.signals import ACTUATORS, check_signals
 
 # Limits, or noise, that are right, beside which the others are looked at.
+_NO_SLEW = InputError("missing", where="slew", remedy="add it, with angle_deg and duration_s")
 _HALF = {"theta": 1.0, "torque": 1.0}
 _OF_CONTROL = ("limits", "noise")
 # The keys of [controller] that are no options of a method.
@@ -181,7 +182,7 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     sought = () if uncertainty is None else (QUANTITIES[uncertainty.quantity].requirement,)
     needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
     if needs_slew and "slew" not in source.content:
-        faults.add([missing("slew")])
+        faults.add([_NO_SLEW])
     faults.tell()
     if not keys["objective"].weighted:
         refuse_unweighted(name for limits in asked for name in limits)

@@ -71,7 +71,7 @@ class Explanation:
 
 
 def explain(design: DesignFile, progress: Callable[[str], None] | None = None) -> Explanation:
-    """Return what limits a design, and which of a few small changes helps most.
+    """Return what limits a design, and which of a few changes helps most.
 
     Each change is made and judged as the gate judges the design: on its own arm, on the
     variations and on the measured response, but not on a box.  What counts is the requirement
@@ -117,14 +117,24 @@ def explain(design: DesignFile, progress: Callable[[str], None] | None = None) -
     if all(room < 0 for room in (_room(tightest), *(trial.room for trial in trials))):
         trials += _slowed(asked, progress)
     trials.sort(key=lambda trial: -trial.room)
-    judging = Judge(design.case)
-    judged = judging.evaluate(*judging.chosen).judgement
     sentences = (
         *_verdict(design, result, tightest),
-        *_limits(design, judged),
+        *_limits(design, *_where(design, tightest)),
         *_advice(tightest, trials),
     )
     return Explanation(design.case.name, sentences, tightest, tuple(trials))
+
+
+def _where(design: DesignFile, tightest: Finding) -> tuple[str, Judgement]:
+    """Return the arm on which least room is left, in words, and what is achieved there.
+
+    A measured response tells too little of a loop: its own arm stands for it.
+    """
+    judging = Judge(design.case)
+    for variation in design.variations:
+        if variation.name == tightest.arm:
+            return variation.name, judging.vary(variation.arm)
+    return "its own arm", judging.evaluate(*judging.chosen).judgement
 
 
 def _slowed(design: DesignFile, progress: Callable[[str], None] | None) -> list[Trial]:
@@ -174,39 +184,39 @@ def _verdict(design: DesignFile, result: DesignResult, tightest: Finding) -> Ite
     yield f"The one with the least room is {sentence(tightest)}."
 
 
-def _limits(design: DesignFile, judged: Judgement) -> Iterator[str]:
+def _limits(design: DesignFile, where: str, judged: Judgement) -> Iterator[str]:
     if not judged.stable:
-        yield _unstable(judged, design.case.n)
+        yield _unstable(judged, where, design.case.n)
         return
     margins = judged.margins
     near = margins.modulus
     at = "at infinite frequency" if near.frequency_hz is None else f"at {near.frequency_hz:.4g} Hz"
     who = f", {near.mode}," if near.mode else ""
     yield (
-        f"The Nyquist curve comes nearest to -1 {at}{who} where the sensitivity peaks at "
-        f"{1 / near.value:.3g}."
+        f"On {where} the Nyquist curve comes nearest to -1 {at}{who} where the sensitivity peaks "
+        f"at {1 / near.value:.3g}."
     )
     late = margins.delay_s.value
     if math.isfinite(late):
         clock = judged.controller.sample_time
         samples = f", {late / clock:.2g} samples" if clock else ""
-        yield f"The loop stands {1e3 * late:.3g} ms of delay beyond its own{samples}."
+        yield f"There the loop stands {1e3 * late:.3g} ms of delay beyond its own{samples}."
     loss = sampling_loss(judged)
     if loss is not None:
         yield f"The clock leaves {loss}."
     if design.case.objective.weighted:
         lost = read(judged, "h2_loss").value
         yield (
-            f"Its H2 cost is {100 * lost:.3g} % above that of the best controller for this arm, "
+            f"Its H2 cost is {100 * lost:.3g} % above that of the best controller for that arm, "
             "these sensors and weights: no other controller gains more than that."
         )
     if judged.saturation:
         yield f"Not all of it can be done: {judged.saturation}."
 
 
-def _unstable(judged: Judgement, known: int) -> str:
+def _unstable(judged: Judgement, where: str, known: int) -> str:
     hertz = ", ".join(f"{f:.4g}" for f in judged.unstable_hz)
-    said = f"On its own arm the loop is unstable, at {hertz} Hz"
+    said = f"On {where} the loop is unstable, at {hertz} Hz"
     if judged.controller.sample_time:
         return f"{said}."
     return f"{said}: {destabilised_mode(judged.loop, known)}."
@@ -220,7 +230,7 @@ def _advice(tightest: Finding, trials: list[Trial]) -> Iterator[str]:
     now, best = _room(tightest), trials[0]
     if best.room <= now + _SEEN or best.tightest is None:
         yield (
-            f"None of {len(trials)} small changes gives that requirement more room: ask for less, "
+            f"None of {len(trials)} changes gives that requirement more room: ask for less, "
             "measure more signals, or take another method."
         )
     else:

@@ -112,7 +112,7 @@ def test_a_machine_without_a_compiler_says_so_in_one_line(
     ("change", "match"),
     [
         (("sample_time = 0.002\ndiscretise", "# discretise"), r"06-a servo.toml:\d+: .*add sample_time and discretise = \"tustin\" .*, such as sample_time = (0\.\d+), "),
-        (("kp = 14.0", "kp = -14.0"), r"unstable at .* has not anything to export"),
+        (("kp = 14.0", "kp = -14.0"), r"unstable at .* not to be run; see what to change"),
         (("[truth]", '[export]\narithmetic = "quad"\n[truth]'), r":\d+: export.arithmetic: unknown name 'quad'"),
         (("[truth]", "[export]\nword = 16\n[truth]"), r"export.word: double has no word"),
         (("[truth]", '[export]\narithmetic = "fixed"\nword = 40\n[truth]'), r"export.word: words of 40 bits; give 4 to 32"),

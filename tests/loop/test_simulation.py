@@ -383,7 +383,7 @@ def test_a_continuous_law_has_no_clock(name: str) -> None:
 def test_a_simulation_draws_and_tells_itself() -> None:
     pytest.importorskip("matplotlib").use("Agg")
     found = under(pd_loop(arm_with()), saturate=True)
-    assert str(found).startswith("slew as it happens: settled after")
+    assert str(found).startswith("slew as it happens: the tip does not settle, residual")
     for what in ("tip", "error", "torque", "work"):
         assert found.plot(what).lines
     with pytest.raises(sc.InputError, match="what"):

@@ -96,8 +96,10 @@ class SlewResponse(Described):
         s = self.summary
         volts = "" if s.peak_voltage is None else f", {s.peak_voltage:.4g} V"
         beyond = ", beyond the drive's limits" if s.saturates else ""
+        still = np.isfinite(s.settling_time_s)
+        settled = f"settled after {s.settling_time_s:.4g} s" if still else "the tip does not settle"
         return (
-            f"slew: settled after {s.settling_time_s:.4g} s, residual {s.residual_m:.3g} m, "
+            f"slew: {settled}, residual {s.residual_m:.3g} m, "
             f"peak {s.peak_torque:.4g} N·m{volts}{beyond}"
         )
 
