@@ -19,6 +19,17 @@ class Growth:
 
     On the complex plane every shape is bounded by a polynomial of the given degree
     times exp(`exponent`·|Im or Re ξ|).
+
+    Attributes
+    ----------
+    exponent : float
+    degree : int
+
+    Examples
+    --------
+    >>> from slewctl.basis import Growth
+    >>> Growth(exponent=0.0, degree=4).degree
+    4
     """
 
     exponent: float

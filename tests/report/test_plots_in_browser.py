@@ -84,7 +84,11 @@ def test_pointer_tells_slew_and_poles(shown: Browser, small_case: CaseResult) ->
     assert told(text, "decay rate") == pytest.approx(-poles[off.argmin()].real, rel=0.02)
 
 
-def test_keys_and_buttons_enlarge_and_undo(shown: Browser) -> None:
+def test_keys_and_buttons_enlarge_and_undo(shown: Browser, small_page: str) -> None:
+    # Where the cursor begins is not what an earlier test has left.
+    (heading,) = shown.find("h1")
+    ActionChains(shown.driver, 0).move_to_element(heading).perform()
+    shown.open(small_page)
     (figure,) = shown.find("figure[data-kind=nyquist]")
     (line, *_) = figure.find_elements(By.CSS_SELECTOR, "path.c.o1")
     whole, marks = line.get_dom_attribute("d"), figure.text
