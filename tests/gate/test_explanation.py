@@ -15,7 +15,7 @@ from slewctl.gate import examine, explain, small_changes
 DESIGN = """
 arm = {{ catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }}
 model = {{ basis = "clamped-free", n = 1 }}
-truth = {{ modes = 8 }}
+truth = {{ modes = 6 }}
 requirements = {{ gain_margin_db = 3.0, phase_margin_deg = 40.0 }}
 [controller]
 method = "lqg"
@@ -26,7 +26,7 @@ payload_mass = 0.05
 """
 GIVEN = """
 arm = { catalogue = "paper-beam", hub.inertia = 0.2, damping_ratio = 0.01 }
-truth = { modes = 8 }
+truth = { modes = 6 }
 requirements = { disk_margin = 0.9 }
 [controller]
 method = "given"
