@@ -23,6 +23,7 @@ from slewctl.errors import (
     check_number,
     check_positive,
 )
+from slewctl.trajectory.fewest import fewest
 from slewctl.trajectory.shapers import Mode
 
 # What may be left at the end, of the turn's own size.
@@ -189,26 +190,15 @@ class _Program:
 
     def shortest(self) -> Array:
         """Return the torques of the fewest samples."""
-        high = self._guess()
-        low, found = 1, None
-        for _ in range(_DOUBLINGS):
-            found = self._solved(high) if high <= _MOST else None
-            if found is not None or high > _MOST:
-                break
-            low, high = high, 2 * high
+        first = self._guess()
+        found = fewest(self._solved, first, _DOUBLINGS, none=1, most=_MOST)
         if found is None:
+            tried = min(first * 2**_DOUBLINGS, _MOST)
             raise AccuracyError(
-                f"no turn within {min(high, _MOST) * self.T:.4g} s was found",
+                f"no turn within {tried * self.T:.4g} s was found",
                 where="limited_turn",
                 remedy="allow more torque or voltage, or take a longer sample_time",
             )
-        while high - low > 1:
-            middle = (low + high) // 2
-            better = self._solved(middle)
-            if better is None:
-                low = middle
-            else:
-                high, found = middle, better
         return found
 
     def _guess(self) -> int:

@@ -18,6 +18,7 @@ from scipy.optimize import linprog
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError, InputError, check_number, check_positive
+from slewctl.trajectory.fewest import fewest
 from slewctl.trajectory.shapers import TOLERANCE, Mode, Shaper
 
 # Frequencies at which a band is looked at, for each turn of the phase across it and at least.
@@ -185,26 +186,14 @@ def _count(band: Band, duration: float) -> int:
 
 
 def _shortest(bands: Sequence[Band], tolerance: float, step: float) -> Shaper:
-    low, high = 0, ceil(sum(pi / band.low for band in bands) / step) + 1
-    found = None
-    for _ in range(_DOUBLINGS):
-        found = _impulses(high, bands, tolerance, step)
-        if found is not None:
-            break
-        low, high = high, 2 * high
+    first = ceil(sum(pi / band.low for band in bands) / step) + 1
+    found = fewest(lambda n: _impulses(n, bands, tolerance, step), first, _DOUBLINGS)
     if found is None:
         raise AccuracyError(
-            f"no shaper of {low * step:.4g} s was found",
+            f"no shaper of {first * 2 ** (_DOUBLINGS - 1) * step:.4g} s was found",
             where="robust_shaper",
             remedy="allow a larger tolerance, or give narrower bands",
         )
-    while high - low > 1:
-        middle = (low + high) // 2
-        better = _impulses(middle, bands, tolerance, step)
-        if better is None:
-            low = middle
-        else:
-            high, found = middle, better
     kept = np.flatnonzero(found > _NONE)
     amplitudes = found[kept] / found[kept].sum()
     times = step * (kept - kept[0])

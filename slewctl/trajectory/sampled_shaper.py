@@ -10,6 +10,7 @@ from scipy.optimize import linprog
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_positive
+from slewctl.trajectory.fewest import fewest
 from slewctl.trajectory.shapers import Mode, Shaper
 
 # Impulses below this are none: the program's rounding.
@@ -69,25 +70,14 @@ def sampled_shaper(modes: Sequence[Mode], sample_time: float, order: int = 1) ->
         )
     # The convolution of shapers takes `order` half periods of each mode, and a little for the
     # grid: within twice that the program succeeds, or the number is doubled again.
-    low, high = 0, ceil(order * sum(mode.half_period for mode in modes) / sample_time) + 1
-    for _ in range(_DOUBLINGS):
-        found = _impulses(high, modes, sample_time, order)
-        if found is not None:
-            break
-        low, high = high, 2 * high
+    first = ceil(order * sum(mode.half_period for mode in modes) / sample_time) + 1
+    found = fewest(lambda n: _impulses(n, modes, sample_time, order), first, _DOUBLINGS)
     if found is None:
         raise AccuracyError(
-            f"no shaper of {low} samples was found",
+            f"no shaper of {first * 2 ** (_DOUBLINGS - 1)} samples was found",
             where="sampled_shaper",
             remedy="leave out a mode, or take another sample_time",
         )
-    while high - low > 1:
-        middle = (low + high) // 2
-        better = _impulses(middle, modes, sample_time, order)
-        if better is None:
-            low = middle
-        else:
-            high, found = middle, better
     kept = np.flatnonzero(found > _NONE)
     shaper = Shaper(
         "sampled",
