@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from slewctl.compare.convergence import Followed, Seen, follow
     from slewctl.compare.design_basis import REDUCTIONS, SOURCES, DesignModel, design_model
     from slewctl.compare.doubtful_units import unit_notes
-    from slewctl.compare.evaluation import Evaluation, Judge, evaluate
+    from slewctl.compare.evaluation import Evaluation, Judge, evaluate, on_other_arm
     from slewctl.compare.judgement import Judgement, Yardstick
     from slewctl.compare.ladder import Ladder, Rung, first_modes, spillover_ladder
     from slewctl.compare.loss_of_digits import (
@@ -119,6 +119,7 @@ __all__ = [
     "follow",
     "least_word",
     "loop_signals",
+    "on_other_arm",
     "quantities_of",
     "read",
     "recommend",

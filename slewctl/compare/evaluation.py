@@ -179,9 +179,44 @@ class Judge:
             If no controller can be designed.
         """
         try:
-            return Judge(replace(self.case, arm=arm, slew=self.slew)).judge(self.own[1])
+            controller, slew = self.own[1], self.slew
         except SlewctlError as error:
             raise error.within(self.case.source or self.case.name) from error
+        return on_other_arm(self.case, arm, controller, slew)
+
+
+def on_other_arm(case: Case, arm: Arm, controller: Controller, slew: Slew) -> Judgement:
+    """Return what a controller achieves on the truth of another arm than the case's own.
+
+    Parameters
+    ----------
+    case : Case
+    arm : Arm
+    controller : Controller
+        Made for the case's own arm.
+    slew : Slew
+        With its shaper made for that.
+
+    Returns
+    -------
+    Judgement
+        Its loss compares with the optimum for the other arm.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> from slewctl.compare import Judge, on_other_arm
+    >>> from slewctl.files import example_design, read_design
+    >>> case = read_design(example_design()).case
+    >>> judge = Judge(case)
+    >>> heavy = sc.vary(case.arm, payload_mass=0.05)
+    >>> on_other_arm(case, heavy, judge.own[1], judge.slew).stable
+    True
+    """
+    try:
+        return Judge(replace(case, arm=arm, slew=slew)).judge(controller)
+    except SlewctlError as error:
+        raise error.within(case.source or case.name) from error
 
 
 @single_threaded

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from slewctl.check import DesignResult, Finding
+from slewctl.check import Finding
 from slewctl.check.words import sentence, title, value_text
-from slewctl.compare import Judge, Judgement, sampling_loss
+from slewctl.compare import Judgement, evaluate, on_other_arm, sampling_loss
 from slewctl.compare.reading import read
 from slewctl.errors import SlewctlError
 from slewctl.files import DesignFile
 from slewctl.gate.changes import Change, slower, small_changes
-from slewctl.gate.run import examine
+from slewctl.gate.run import verdicts
 from slewctl.loop.robust.destabilised_mode import destabilised_mode
 
 # What is held to where a design file requires stability alone.
@@ -102,39 +102,42 @@ def explain(design: DesignFile, progress: Callable[[str], None] | None = None) -
     """
     if not set(design.requirements) - {"stable"}:
         design = replace(design, requirements={**design.requirements, **_ALONE})
-    asked = replace(design, uncertainty=None)
     if progress:
         progress("as it is")
-    result = examine(asked)
-    if result.error:
-        raise SlewctlError(result.error)
+    judged, findings = _judged(design)
+    tightest = min(findings, key=_room)
     trials = []
     for change in small_changes(design.case):
         if progress:
             progress(change.words)
-        trials.append(_tried(asked, change))
-    tightest = _tightest(result)
+        trials.append(_tried(design, change))
     if all(room < 0 for room in (_room(tightest), *(trial.room for trial in trials))):
-        trials += _slowed(asked, progress)
+        trials += _slowed(design, progress)
     trials.sort(key=lambda trial: -trial.room)
     sentences = (
-        *_verdict(design, result, tightest),
-        *_limits(design, *_where(design, tightest)),
+        *_verdict(design, findings, tightest),
+        *_limits(design, *_where(design, judged, tightest)),
         *_advice(tightest, trials),
     )
     return Explanation(design.case.name, sentences, tightest, tuple(trials))
 
 
-def _where(design: DesignFile, tightest: Finding) -> tuple[str, Judgement]:
+def _judged(design: DesignFile) -> tuple[Judgement, tuple[Finding, ...]]:
+    with design.source.computing():
+        judged = evaluate(design.case).judgement
+        return judged, verdicts(design, judged)
+
+
+def _where(design: DesignFile, judged: Judgement, tightest: Finding) -> tuple[str, Judgement]:
     """Return the arm on which least room is left, in words, and what is achieved there.
 
     A measured response tells too little of a loop: its own arm stands for it.
     """
-    judging = Judge(design.case)
-    for variation in design.variations:
-        if variation.name == tightest.arm:
-            return variation.name, judging.vary(variation.arm)
-    return "its own arm", judging.evaluate(*judging.chosen).judgement
+    for other in design.variations:
+        if other.name == tightest.arm:
+            there = on_other_arm(design.case, other.arm, judged.controller, judged.slew)
+            return other.name, there
+    return "its own arm", judged
 
 
 def _slowed(design: DesignFile, progress: Callable[[str], None] | None) -> list[Trial]:
@@ -154,14 +157,11 @@ def _slowed(design: DesignFile, progress: Callable[[str], None] | None) -> list[
 
 
 def _tried(design: DesignFile, change: Change) -> Trial:
-    result = examine(replace(design, case=change.case))
-    if result.error:
-        return Trial(change, None, result.error.rpartition(f"{design.path}")[2].lstrip(": "))
-    return Trial(change, _tightest(result))
-
-
-def _tightest(result: DesignResult) -> Finding:
-    return min(result.findings, key=_room)
+    try:
+        _, findings = _judged(replace(design, case=change.case))
+    except SlewctlError as error:
+        return Trial(change, None, error.what)
+    return Trial(change, min(findings, key=_room))
 
 
 def _room(finding: Finding) -> float:
@@ -172,8 +172,8 @@ def _room(finding: Finding) -> float:
     return verdict.slack if verdict.passed else min(verdict.slack, 0.0)
 
 
-def _verdict(design: DesignFile, result: DesignResult, tightest: Finding) -> Iterator[str]:
-    count, failed = len(result.findings), len(result.failures)
+def _verdict(design: DesignFile, findings: Sequence[Finding], tightest: Finding) -> Iterator[str]:
+    count, failed = len(findings), sum(not found.verdict.passed for found in findings)
     kept = {1: "its one requirement", 2: "both of its requirements"}.get(
         count, f"all {count} of its requirements"
     )

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from slewctl.check import NOMINAL, DesignResult, Finding, judge, measure
+from slewctl.check import NOMINAL, DesignResult, Finding, Verdict, judge, measure
 from slewctl.check.baseline import Baseline
 from slewctl.check.measured import MEASURED
-from slewctl.compare import QUANTITIES, Judge, Judgement, Reading, unit_notes, worst_case
+from slewctl.compare import (
+    QUANTITIES,
+    Judge,
+    Judgement,
+    Reading,
+    on_other_arm,
+    unit_notes,
+    worst_case,
+)
 from slewctl.errors import SlewctlError, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.files.uncertainty import WORST
@@ -198,19 +205,13 @@ def examine(
             if compiled:
                 notes += judge_of_compiled(judging, design.export, design.case.name)
             for arm, judgement, limits in _judgements(design, judging, notes, working):
-                findings += [
-                    Finding(verdict, arm, _line(design, arm, verdict.requirement))
-                    for verdict in judge(judgement, limits)
-                ]
+                findings += _placed(design, arm, judge(judgement, limits))
                 beside = [QUANTITIES[name].requirement for name in (known or {}).get(arm, {})]
                 recorded[arm] = measure(judgement, [*limits, *beside])
             if design.measured is not None:
-                controller = judging.evaluate(*judging.chosen).controller
-                verdicts, recorded[MEASURED], told = judge_on_measured(design.measured, controller)
-                findings += [
-                    Finding(verdict, MEASURED, _line(design, MEASURED, verdict.requirement))
-                    for verdict in verdicts
-                ]
+                controller = judging.own[1]
+                met, recorded[MEASURED], told = judge_on_measured(design.measured, controller)
+                findings += _placed(design, MEASURED, met)
                 notes += told
     except SlewctlError as error:
         refused = _refused(error, design.path)
@@ -250,18 +251,30 @@ def verdicts(design: DesignFile, judged: Judgement) -> tuple[Finding, ...]:
     >>> all(finding.verdict.passed for finding in found)
     True
     """
-    asked = [(NOMINAL, judged, design.requirements)]
-    for other in design.variations:
-        # They are told what the nominal arm is told: a shaper is made for that.
-        varied = Judge(replace(design.case, arm=other.arm, slew=judged.slew))
-        asked.append((other.name, varied.judge(judged.controller), other.requirements))
-    found = [(arm, verdict) for arm, one, limits in asked for verdict in judge(one, limits)]
+    found = [
+        finding
+        for arm, judgement, limits in _on_named_arms(design, judged)
+        for finding in _placed(design, arm, judge(judgement, limits))
+    ]
     if design.measured is not None:
-        on_rig, _, _ = judge_on_measured(design.measured, judged.controller)
-        found += [(MEASURED, verdict) for verdict in on_rig]
-    return tuple(
-        Finding(verdict, arm, _line(design, arm, verdict.requirement)) for arm, verdict in found
-    )
+        met, _, _ = judge_on_measured(design.measured, judged.controller)
+        found += _placed(design, MEASURED, met)
+    return tuple(found)
+
+
+def _placed(design: DesignFile, arm: str, met: Iterable[Verdict]) -> list[Finding]:
+    """Return verdicts with the lines that ask for them."""
+    return [Finding(verdict, arm, _line(design, arm, verdict.requirement)) for verdict in met]
+
+
+def _on_named_arms(
+    design: DesignFile, judged: Judgement
+) -> Iterator[tuple[str, Judgement, Mapping[str, float | bool]]]:
+    """Yield a design on its own arm, as it was judged, and on each variation."""
+    yield NOMINAL, judged, design.requirements
+    for other in design.variations:
+        varied = on_other_arm(design.case, other.arm, judged.controller, judged.slew)
+        yield other.name, varied, other.requirements
 
 
 def _judgements(
@@ -269,11 +282,9 @@ def _judgements(
     judging: Judge,
     notes: list[str],
     working: Callable[[str], None] | None,
-) -> Iterable[tuple[str, Judgement, Mapping[str, float | bool]]]:
+) -> Iterator[tuple[str, Judgement, Mapping[str, float | bool]]]:
     """Yield each arm's name, what the controller achieves on it, and what is required there."""
-    yield NOMINAL, judging.evaluate(*judging.chosen).judgement, design.requirements
-    for variation in design.variations:
-        yield variation.name, judging.vary(variation.arm), variation.requirements
+    yield from _on_named_arms(design, judging.evaluate(*judging.chosen).judgement)
     if design.uncertainty is not None:
         asked = design.uncertainty
         found = worst_case(design.case, asked.box, **asked.asked, progress=working)

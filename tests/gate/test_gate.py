@@ -141,7 +141,7 @@ def test_a_variation_that_cannot_be_judged_keeps_what_was_found(
     def refuse(*_: object) -> None:
         raise DesignError("no optimum", where="plant", remedy="change it")
 
-    monkeypatch.setattr(Judge, "vary", refuse)
+    monkeypatch.setattr("slewctl.gate.run.on_other_arm", refuse)
     result = check_file(written(tmp_path, "x.toml", VARIED))
     assert result.status == "broken"
     assert "no optimum; change it" in result.error
