@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from slewctl._types import Array
 from slewctl.errors import InputError
 
 # Names for annotations only: neither package is loaded before someone asks for it.
@@ -15,7 +16,16 @@ if TYPE_CHECKING:
 else:
     Axes = DataFrame = Any
 
-__all__ = ["Axes", "DataFrame", "Described", "Tabular", "axes_or_new", "table_html", "to_frame"]
+__all__ = [
+    "Axes",
+    "DataFrame",
+    "Described",
+    "Tabular",
+    "axes_or_new",
+    "rows_of",
+    "table_html",
+    "to_frame",
+]
 
 # Of a result that is typed at a prompt, beside its first line.
 _MOST_LINES = 11
@@ -77,6 +87,17 @@ def _cell(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def rows_of(columns: Mapping[str, Array]) -> list[dict[str, object]]:
+    """Return columns of one length as rows of plain numbers.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray, shape (n,)
+    """
+    listed = [column.tolist() for column in columns.values()]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*listed, strict=True)]
 
 
 def to_frame(rows: Sequence[Mapping[str, Any]]) -> DataFrame:

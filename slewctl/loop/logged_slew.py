@@ -172,12 +172,11 @@ def replay(simulation: Simulation, log: Log) -> Replay:
             where="log.sensor",
             remedy=f"give a log of {', '.join(sorted(told & {*UNITS}))}",
         )
-    commanded = "voltage" if "voltage" in signals else "torque"
-    if log.actuator != commanded:
+    if log.actuator not in signals:
         raise InputError(
-            f"the log has a {log.actuator}, and the controller commands a {commanded}",
+            f"the log has a {log.actuator}, and the simulated arm has no motor",
             where="log.actuator",
-            remedy=f"give a log of the {commanded}",
+            remedy="give a log of the torque",
         )
     start, by = _start(simulation, log)
     clock = log.sample_time * np.arange(log.samples)
@@ -196,7 +195,7 @@ def replay(simulation: Simulation, log: Log) -> Replay:
     turned = sensor.startswith("theta") and not sensor.endswith("dot")
     predicted = np.interp(t, simulation.t, signals[sensor])
     measured = log.output[within] - (rest if turned else 0.0)
-    given = _held(simulation, commanded, t, log.sample_time)
+    given = _held(simulation, log.actuator, t, log.sample_time)
     return Replay(
         log,
         simulation,
@@ -204,7 +203,7 @@ def replay(simulation: Simulation, log: Log) -> Replay:
         by,
         t,
         _compared(sensor, measured, predicted, t, log.resolution),
-        _compared(commanded, log.input[within], given, t, 0.0),
+        _compared(log.actuator, log.input[within], given, t, 0.0),
     )
 
 
@@ -228,12 +227,29 @@ def _start(simulation: Simulation, log: Log) -> tuple[float, str]:
         left = signal - columns @ np.linalg.lstsq(columns, signal, rcond=None)[0]
         return float(left @ left)
 
-    last = max(clock[-1] - _LEAST_OF_IT * simulation.slew.duration_s, 0.0)
-    tried = np.arange(0.0, last + log.sample_time, log.sample_time)
-    best = tried[int(np.argmin([missed(start) for start in tried]))]
+    last = clock[-1] - _LEAST_OF_IT * simulation.slew.duration_s
+    shape = np.interp(clock, simulation.t, model) - model[0]
+    best = clock[int(np.argmin(_missed_from(signal, shape)[clock <= max(last, 0.0)]))]
     near = (max(best - log.sample_time, 0.0), best + log.sample_time)
     found = minimize_scalar(missed, bounds=near, method="bounded", options={"xatol": 1e-6})
     return float(found.x), by
+
+
+def _missed_from(signal: Array, shape: Array) -> Array:
+    """Return what a shape that begins at each sample leaves of a signal, size and offset free.
+
+    By the normal equations, of which the correlation is that of all samples at once.
+    """
+    n = len(signal)
+    moved = signal - signal.mean()
+    spectra = np.fft.rfft(moved, 2 * n) * np.fft.rfft(shape, 2 * n).conj()
+    along = np.fft.irfft(spectra)[:n]
+    # A shape that begins later has fewer samples left in the log.
+    total, square = (np.cumsum(part)[::-1] for part in (shape, shape**2))
+    size = square - total**2 / n
+    told = size > np.finfo(float).eps * square
+    share = np.where(told, along**2 / np.where(told, size, 1.0), 0.0)
+    return np.asarray(float(moved @ moved) - share)
 
 
 def _compared(name: str, measured: Array, predicted: Array, t: Array, step: float) -> Compared:

@@ -37,12 +37,8 @@ class MarginUse:
     def holds(self) -> bool:
         """Whether both intervals are within the margins, each alone."""
         low, high = self.gain_margins_db
-        return low < self.gain_db[0] and self.gain_db[1] < high and self.late < self.delay_margin_s
-
-    @property
-    def late(self) -> float:
-        """The most dead time beyond the model's, in s."""
-        return self.delay_s[1]
+        within = low < self.gain_db[0] and self.gain_db[1] < high
+        return within and self.delay_s[1] < self.delay_margin_s
 
     def __str__(self) -> str:
         low, high = self.gain_margins_db

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from slewctl._show import rows_of
 from slewctl.loop import MarginUse, Replay
 from slewctl.report.drawing import figure, legend, style, svg
 from slewctl.report.export import csv_text, json_text, write_files
@@ -62,8 +63,7 @@ def _samples(found: Replay) -> list[dict[str, object]]:
     columns = {"t": found.t}
     for one in signals:
         columns |= {one.name: one.measured, f"{one.name}_predicted": one.predicted}
-    listed = [column.tolist() for column in columns.values()]
-    return [dict(zip(columns, row, strict=True)) for row in zip(*listed, strict=True)]
+    return rows_of(columns)
 
 
 def _picture(found: Replay) -> str:

@@ -7,9 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import slewctl as sc
 from slewctl.loop import margin_use
+from slewctl.loop.logged_slew import _missed_from
 from slewctl.measured.log import Log
 
 T = 0.005
@@ -105,11 +108,43 @@ def test_a_slew_without_noise_tells_the_gain_and_no_deviation_of_nothing() -> No
     assert "hardly determined" not in str(sc.fit(ARM, log, ["gain", "delay"]))
 
 
+def test_a_motor_may_be_logged_by_its_torque_or_its_voltage() -> None:
+    """Whichever of them the controller commands."""
+    motor = sc.arms.quanser_flexible_link().motor
+    assert motor is not None
+    arm = replace(ARM, motor=motor)
+    made = problem(arm).simulate(law())
+    t = T * np.arange(round(made.t[-1] / T))
+    theta = np.interp(t, made.t, made.signals["theta"])
+    for name in ("torque", "voltage"):
+        told = np.interp(t + T / 2, made.t, made.signals[name])
+        found = sc.replay(made, Log(T, told, theta, actuator=name))
+        assert found.command.name == name
+        assert found.command.fit > 97
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 60))
+def test_the_start_is_that_of_every_least_squares_one_by_one(seed: int, start: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = 80
+    shape = np.cumsum(rng.random(n) * (np.arange(n) < 25))
+    shape -= shape[0]
+    whole = np.concatenate([np.zeros(start), shape[: n - start]])
+    signal = rng.standard_normal() * whole + rng.standard_normal() + 0.1 * rng.standard_normal(n)
+    brute = []
+    for k in range(n - 1):
+        columns = np.column_stack([np.r_[np.zeros(k), shape[: n - k]], np.ones(n)])
+        left = signal - columns @ np.linalg.lstsq(columns, signal, rcond=None)[0]
+        brute.append(left @ left)
+    found = _missed_from(signal, shape)[: n - 1]
+    np.testing.assert_allclose(found, brute, rtol=1e-6, atol=1e-9 * (signal @ signal))
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
         ({"sensor": "moment@50mm"}, "no moment@50mm"),
-        ({"actuator": "voltage"}, "the controller commands a torque"),
+        ({"actuator": "voltage"}, "the simulated arm has no motor"),
     ],
 )
 def test_a_log_of_something_else_is_refused(change: dict[str, str], told: str) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._show import Axes, DataFrame, axes_or_new, to_frame
+from slewctl._show import Axes, DataFrame, axes_or_new, rows_of, to_frame
 from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.design.anti_windup import anti_windup
@@ -83,9 +83,7 @@ class Simulation(SlewResponse):
 
     def rows(self) -> list[dict[str, object]]:
         """Return all signals, one time a row."""
-        columns = {"t": self.t, **self.signals}
-        listed = [column.tolist() for column in columns.values()]
-        return [dict(zip(columns, row, strict=True)) for row in zip(*listed, strict=True)]
+        return rows_of({"t": self.t, **self.signals})
 
     def plot(self, what: str = "tip", ax: Axes | None = None) -> Axes:
         """Draw one curve over time.

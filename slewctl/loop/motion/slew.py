@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from slewctl._show import Axes, DataFrame, Described, axes_or_new, to_frame
+from slewctl._show import Axes, DataFrame, Described, axes_or_new, rows_of, to_frame
 from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_choice, check_count
@@ -106,8 +106,7 @@ class SlewResponse(Described):
     def to_frame(self) -> DataFrame:
         """Return the curves as a pandas data frame, one time a row."""
         names = ("t", "theta", "tip", "tip_deflection", "torque", "tip_reference")
-        columns = [getattr(self, name).tolist() for name in names]
-        return to_frame([dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)])
+        return to_frame(rows_of({name: getattr(self, name) for name in names}))
 
     def plot(self, what: str = "tip", ax: Axes | None = None) -> Axes:
         """Draw one curve over time.
