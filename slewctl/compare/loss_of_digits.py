@@ -15,7 +15,8 @@ from slewctl.compare.quantities import QUANTITIES, Reading
 from slewctl.compare.reading import read
 from slewctl.design import Controller
 from slewctl.design.digital.fixed_point import LEAST_WORD, MOST_WORD, LoopSignals
-from slewctl.errors import DesignError, InputError, SlewctlError, check_positive
+from slewctl.design.digital.steps import check_sampled
+from slewctl.errors import DesignError, SlewctlError, check_positive
 from slewctl.loop.sampled import SampledLoop
 from slewctl.loop.tracking import tracking_controller
 from slewctl.numerics.interconnect import closed_matrix
@@ -162,12 +163,9 @@ def loop_signals(judgement: Judgement) -> LoopSignals:
     (301, 1)
     """
     loop = judgement.loop
+    check_sampled(loop.controller, "controller")
     if not isinstance(loop, SampledLoop):
-        raise InputError(
-            "the controller is continuous, and a computer runs samples",
-            where="controller",
-            remedy="take controller.discretised(sample_time)",
-        )
+        raise TypeError("a sampled controller makes a sampled loop")
     loop.require_stable("signals of a size")
     T, slew, path = loop.sample_time, judgement.slew, loop.sampled.path
     steps = min(math.ceil(slew.end / T) + 1, _MOST_SAMPLES)

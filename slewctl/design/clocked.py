@@ -10,10 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from slewctl._types import Array
-from slewctl.design.discretise import check_rule, discretised
+from slewctl.design.discretise import (
+    check_rule,
+    discretised,
+    discretised_entry,
+    discretised_with_path,
+)
 from slewctl.design.reference import Reference, rigid_readings, rigid_reference
-from slewctl.design.result import Controller, finished, with_reference
+from slewctl.design.result import Controller, finished
 from slewctl.errors import InputError, check_nonnegative, check_positive
 from slewctl.numerics.hinf_norm import peak_gain
 from slewctl.numerics.interconnect import closed_matrix
@@ -154,42 +158,27 @@ class _Rule:
             seconds=law.seconds,
             delay=self.delay,
             reference=reference,
-            entry=self._entry(law),
+            entry=discretised_entry(law.linear, law.entry, *self._how),
         )
         return replace(made, continuous=law)
-
-    def _entry(self, law: Controller) -> Array | None:
-        """Return how the input enters the states of what runs, by the same rule."""
-        if law.entry is None or self.rule == "matched":
-            return None
-        A, B, C, D = law.linear.matrices
-        entering = np.hstack([B, law.entry])
-        through = np.hstack([D, np.zeros((1, 1))])
-        whole = LinearSystem(A, entering, C, through)
-        found = discretised(whole, self.T, self.rule, self.prewarp_hz)
-        return np.asarray(found.B[:, -1:])
 
     def _discretised(
         self, plant: GeneralisedPlant, law: Controller
     ) -> tuple[LinearSystem, Reference | None]:
         """Return the law and the reference's path through it, both by the same rule."""
-        rule = self.T, self.rule, self.prewarp_hz
         if law.reference is None or _is_rigid(plant, law):
-            return discretised(law.linear, *rule), None
+            return discretised(law.linear, *self._how), None
         if self.rule == "matched":
             raise InputError(
                 f"matched is for one input, and {law.method} has a path of the reference too",
                 where="discretise",
                 remedy='use "tustin" or "zoh"',
             )
-        whole = discretised(with_reference(law.linear, law.reference), *rule)
-        kept = len(law.sensors)
-        system = LinearSystem(
-            whole.A, whole.B[:, :kept], whole.C, whole.D[:, :kept], self.T,
-            inputs=law.sensors, outputs=law.linear.output_labels,
-            states=law.linear.state_labels, name=law.linear.name,
-        )  # fmt: skip
-        return system, Reference(whole.B[:, kept:], whole.D[:, kept:])
+        return discretised_with_path(law.linear, law.reference, *self._how)
+
+    @property
+    def _how(self) -> tuple[float, str, float | None]:
+        return self.T, self.rule, self.prewarp_hz
 
     def _words(
         self, law: Controller, system: LinearSystem, plant: GeneralisedPlant

@@ -20,10 +20,22 @@ def balanced(system: LinearSystem) -> tuple[LinearSystem, Array]:
     """
     A, B, C = (np.asarray(getattr(system, name)) for name in "ABC")
     scale = balance_realisation(A, B, C)
-    turned = LinearSystem(
-        A / scale[:, None] * scale,
-        B / scale[:, None],
-        C * scale,
+    return scaled(system, scale), scale
+
+
+def scaled(system: LinearSystem, scale: Array) -> LinearSystem:
+    """Return a system with states x/s.
+
+    Parameters
+    ----------
+    system : LinearSystem
+    scale : ndarray, shape (n,)
+        s.
+    """
+    return LinearSystem(
+        system.A / scale[:, None] * scale,
+        system.B / scale[:, None],
+        system.C * scale,
         system.D,
         system.dt,
         inputs=system.input_labels,
@@ -31,4 +43,3 @@ def balanced(system: LinearSystem) -> tuple[LinearSystem, Array]:
         states=system.state_labels,
         name=system.name,
     )
-    return turned, scale

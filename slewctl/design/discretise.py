@@ -11,6 +11,7 @@ from scipy.linalg import eigvals
 from slewctl._types import Array, ComplexArray
 from slewctl.arm.magnitudes import check_duration
 from slewctl.design.coordinates import balanced
+from slewctl.design.reference import Reference, with_reference
 from slewctl.design.zeros_poles import cascade
 from slewctl.errors import Faults, InputError, check_choice, check_positive
 from slewctl.numerics.linear_system import LinearSystem
@@ -70,6 +71,56 @@ def discretised(
             remedy="give a law whose poles the clock can follow",
         )
     return sampled
+
+
+def discretised_with_path(
+    law: LinearSystem,
+    reference: Reference,
+    sample_time: float,
+    rule: str = "tustin",
+    prewarp_hz: float | None = None,
+) -> tuple[LinearSystem, Reference]:
+    """Return a law and the reference's path through it, both by the same rule.
+
+    Parameters
+    ----------
+    law : LinearSystem
+    reference : Reference
+    sample_time, rule, prewarp_hz
+        As for `discretised`.
+    """
+    whole = discretised(with_reference(law, reference), sample_time, rule, prewarp_hz)
+    n = whole.ninputs - 1
+    system = LinearSystem(
+        whole.A, whole.B[:, :n], whole.C, whole.D[:, :n], whole.dt,
+        inputs=law.input_labels, outputs=law.output_labels,
+        states=law.state_labels, name=law.name,
+    )  # fmt: skip
+    return system, Reference(whole.B[:, n:], whole.D[:, n:])
+
+
+def discretised_entry(
+    law: LinearSystem,
+    entry: Array | None,
+    sample_time: float,
+    rule: str = "tustin",
+    prewarp_hz: float | None = None,
+) -> Array | None:
+    """Return how a limited input enters the states of what runs, by the same rule.
+
+    Parameters
+    ----------
+    law : LinearSystem
+    entry : ndarray or None, shape (n, 1)
+        How it enters those of the law; see `slewctl.design.Controller`.
+    sample_time, rule, prewarp_hz
+        As for `discretised`.
+    """
+    if entry is None or rule == "matched":
+        return None
+    A, B, C, D = law.matrices
+    whole = LinearSystem(A, np.hstack([B, entry]), C, np.hstack([D, np.zeros((1, 1))]))
+    return np.asarray(discretised(whole, sample_time, rule, prewarp_hz).B[:, -1:])
 
 
 def check_rule(sample_time: float, rule: str, prewarp_hz: float | None) -> None:

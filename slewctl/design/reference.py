@@ -96,3 +96,18 @@ def _angle_row(plant: GeneralisedPlant) -> tuple[Array, float] | None:
     else:
         return None
     return (plant.C2[best] / reading, float(plant.D22[best, 0]) / reading) if reading else None
+
+
+def with_reference(system: LinearSystem, reference: Reference) -> LinearSystem:
+    """Return a controller with ``theta_ref`` as its last input."""
+    return LinearSystem(
+        system.A,
+        np.hstack([system.B, reference.B]),
+        system.C,
+        np.hstack([system.D, reference.D]),
+        system.dt,
+        inputs=[*system.input_labels, REFERENCE],
+        outputs=list(system.output_labels),
+        states=list(system.state_labels),
+        name=f"{system.name}_tracking",
+    )

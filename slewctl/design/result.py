@@ -18,12 +18,7 @@ from slewctl.design.breakdown import check_finite
 from slewctl.design.coordinates import balanced
 from slewctl.design.digital.arithmetic import Arithmetic
 from slewctl.design.digital.steps import DigitalSteps
-from slewctl.design.reference import (
-    REFERENCE,
-    Reference,
-    rigid_readings,
-    rigid_reference,
-)
+from slewctl.design.reference import Reference, rigid_readings, rigid_reference, with_reference
 from slewctl.design.stored import to_data
 from slewctl.errors import InputError
 from slewctl.export import write_data
@@ -256,21 +251,6 @@ class Controller(DigitalSteps, WithSystem):
             self.linear, self.method, self.delay, self.reference, self.state_scale, self.entry
         )
         write_data(Path(path), stored)
-
-
-def with_reference(system: LinearSystem, reference: Reference) -> LinearSystem:
-    """Return a controller with ``theta_ref`` as its last input."""
-    return LinearSystem(
-        system.A,
-        np.hstack([system.B, reference.B]),
-        system.C,
-        np.hstack([system.D, reference.D]),
-        system.dt,
-        inputs=[*system.input_labels, REFERENCE],
-        outputs=list(system.output_labels),
-        states=list(system.state_labels),
-        name=f"{system.name}_tracking",
-    )
 
 
 def finished(

@@ -6,8 +6,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.design import Controller
-from slewctl.design.reference import REFERENCE, rigid_readings, rigid_reference
-from slewctl.design.result import with_reference
+from slewctl.design.reference import REFERENCE, rigid_readings, rigid_reference, with_reference
 from slewctl.model import Model
 from slewctl.numerics.interconnect import closed_matrix
 from slewctl.numerics.linear_system import LinearSystem

@@ -278,3 +278,19 @@ def test_a_loop_that_is_lost_is_said_and_is_no_small_loss() -> None:
     assert str(loss).startswith("the loop is lost: unstable at ")
     with pytest.raises(sc.UnstableLoopError):
         problem().digital_loss(lost, design(2))
+
+
+@pytest.mark.parametrize("rule", ["tustin", "zoh"])
+def test_a_law_is_told_of_its_limited_command_alike_however_it_came_to_its_clock(rule: str) -> None:
+    """Designed with a clock, or discretised afterwards: the same answer to what was cut off."""
+    plant = problem().plant("clamped-free", n=1)
+    designed = sc.h2_lmi(plant, sample_time=0.02, discretise=rule)
+    later = sc.h2_lmi(plant).discretised(0.02, method=rule)
+    answers = []
+    for law in (designed, later):
+        assert law.entry is not None
+        A, _, C, _ = law.linear.matrices
+        moved = [C @ np.linalg.matrix_power(A, k) @ law.entry for k in range(6)]
+        answers.append(np.ravel(moved))
+    assert answers[0] == pytest.approx(answers[1], rel=1e-9)
+    assert sc.h2_lmi(plant).reduced(3, plant).entry is None

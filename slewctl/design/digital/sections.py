@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, block_diag, schur
 
 from slewctl._types import Array, ComplexArray
+from slewctl.design.coordinates import scaled
 from slewctl.errors import AccuracyError
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.modes import Eigensystem, invariant_basis, linked, near
@@ -123,7 +124,7 @@ def _normal(Z: Array, block: Array) -> Array:
 def _scaled(system: LinearSystem, basis: Array, blocks: list[Array]) -> Sections:
     """Return the sections with what enters and what leaves each of like size, by powers of two."""
     sizes = tuple(len(block) for block in blocks)
-    B = np.linalg.solve(basis, system.B) if len(basis) else system.B
+    B = np.asarray(np.linalg.solve(basis, system.B) if len(basis) else system.B, dtype=float)
     C = system.C @ basis
     scale = np.ones(len(basis))
     start = 0
@@ -140,14 +141,9 @@ def _scaled(system: LinearSystem, basis: Array, blocks: list[Array]) -> Sections
             block[0, 0] = rest
     diagonal = block_diag(*blocks) if blocks else np.zeros((0, 0))
     made = LinearSystem(
-        diagonal / scale[:, None] * scale,
-        B / scale[:, None],
-        C * scale,
-        system.D,
-        system.dt,
-        inputs=system.input_labels,
-        outputs=system.output_labels,
+        diagonal, B, C, system.D, system.dt,
+        inputs=system.input_labels, outputs=system.output_labels,
         states=[f"section_{k + 1}_{i + 1}" for k, size in enumerate(sizes) for i in range(size)],
         name=system.name,
-    )
-    return Sections(made, basis * scale, sizes)
+    )  # fmt: skip
+    return Sections(scaled(made, scale), basis * scale, sizes)

@@ -13,8 +13,8 @@ from slewctl.design.digital.arithmetic import Arithmetic
 from slewctl.design.digital.fixed_point import LoopSignals, rounded
 from slewctl.design.digital.reduction import reduced_by_loop
 from slewctl.design.digital.sections import Sections, in_sections
-from slewctl.design.discretise import discretised
-from slewctl.design.reference import REFERENCE, Reference
+from slewctl.design.discretise import discretised, discretised_entry, discretised_with_path
+from slewctl.design.reference import Reference
 from slewctl.errors import DesignError, InputError, check_nonnegative, check_positive
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant import GeneralisedPlant, check_plant, split_delay
@@ -77,11 +77,13 @@ class DigitalSteps:
             reference = None if readings is None else Reference(-system.B @ readings,
                                                                 -system.D @ readings)  # fmt: skip
         else:
-            whole = discretised(_widened(law, self.reference), *rule)
-            system, reference = _parted(whole)
+            system, reference = discretised_with_path(law, self.reference, *rule)
         words = f"a continuous law, run every {T:g} s by {method}, {delay:g} s late"
         made = _replaced(self, system.named(states=law.state_labels), reference, words)
-        return replace(made, delay=float(delay), continuous=self)  # type: ignore[type-var]
+        entry = discretised_entry(law, self.entry, *rule)
+        return replace(  # type: ignore[type-var]
+            made, delay=float(delay), continuous=self, entry=entry
+        )
 
     def reduced(self: Made, order: int, plant: GeneralisedPlant) -> Made:
         """Return a controller of fewer states that does in its loop what this one does.
@@ -138,7 +140,7 @@ class DigitalSteps:
         InputError
             For a continuous controller, or a coefficient beyond single precision.
         """
-        _check_sampled(self, "in_float32")
+        check_sampled(self, "in_float32")
         found = in_sections(self.linear)
         system, eye = found.system, np.eye(self.linear.nstates)
         # What is added to a state in a sample is held: near z = 1 it keeps more digits.
@@ -188,7 +190,7 @@ class DigitalSteps:
         ...
         slewctl.errors.InputError: fraction: 14 of 16 bits behind the point overflow: ...
         """
-        _check_sampled(self, "in_fixed_point")
+        check_sampled(self, "in_fixed_point")
         found = in_sections(self.linear)
         turned = found.of_state(np.eye(self.linear.nstates))
         system, arithmetic = rounded(found.system, word, fraction, signals, turned)
@@ -234,7 +236,8 @@ def _turned(reference: Reference | None, found: Sections) -> Reference | None:
     return None if reference is None else Reference(found.of_state(reference.B), reference.D)
 
 
-def _check_sampled(controller: DigitalSteps, where: str) -> None:
+def check_sampled(controller: DigitalSteps, where: str) -> None:
+    """Refuse a continuous controller where what a computer runs is meant."""
     if not controller.linear.sample_time:
         raise InputError(
             "the controller is continuous, and a computer runs samples",
@@ -264,22 +267,3 @@ def _readings(system: LinearSystem, reference: Reference | None) -> Array | None
     found = np.linalg.lstsq(entering, wanted, rcond=None)[0]
     missed = np.linalg.norm(entering @ found - wanted)
     return np.asarray(found) if missed <= _RIGID * np.linalg.norm(wanted) else None
-
-
-def _widened(system: LinearSystem, reference: Reference) -> LinearSystem:
-    """Return a controller with the reference as its last input."""
-    return LinearSystem(
-        system.A, np.hstack([system.B, reference.B]), system.C,
-        np.hstack([system.D, reference.D]), system.dt,
-        inputs=[*system.input_labels, REFERENCE], outputs=system.output_labels,
-        name=system.name,
-    )  # fmt: skip
-
-
-def _parted(system: LinearSystem) -> tuple[LinearSystem, Reference]:
-    """Return a controller without its last input, and that input's path."""
-    kept = LinearSystem(
-        system.A, system.B[:, :-1], system.C, system.D[:, :-1], system.dt,
-        inputs=system.input_labels[:-1], outputs=system.output_labels, name=system.name,
-    )  # fmt: skip
-    return kept, Reference(system.B[:, -1:], system.D[:, -1:])
