@@ -22,7 +22,7 @@ def shape_design(design: Path, modes: int | None, error: float, out: Path | None
     """Print shapers and profiles for a design's slew, and write a report where one is wanted."""
     file = read_design(design, slew=True)
     slew = file.case.slew
-    with options_named({"error": "--error"}), file.source.computing():
+    with file.source.computing(), options_named({"error": "--error"}):
         # What is compared is linear, and all shapers are: the file's own is one of them.
         plain = replace(slew, shaper=None, modes=None, conditions=Conditions())
         judging = Judge(replace(file.case, slew=plain))

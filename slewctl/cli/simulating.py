@@ -20,16 +20,16 @@ def simulate_design(
     """Print the measures of a design's slew, and write its report where one is wanted."""
     file = read_design(design, slew=True)
     arms = {one.name: one.arm for one in file.variations}
-    with options_named({"variation": "--variation", "step": "--step"}):
+    with options_named({"variation": "--variation"}):
         if variation is not None and not arms:
             raise InputError(
                 f"{design} has no variations", where="variation", remedy="leave it out"
             )
         if variation is not None:
             check_choice(variation, arms, "variation")
-        with file.source.computing():
-            judged = _judged(file, variation)
-            found = simulate(judged.loop, judged.slew, step=step)
+    with file.source.computing(), options_named({"step": "--step"}):
+        judged = _judged(file, variation)
+        found = simulate(judged.loop, judged.slew, step=step)
     for line in _told(judged, found):
         OUT.print(line)
     next_step(f"slewctl shape {design}", "commands that leave less vibration")

@@ -102,7 +102,10 @@ class Source:
         if re.match(rf"{re.escape(str(self.path))}:\d", error.where):  # it has its line
             return error
         key = self._key(error)
-        line = self.line(key) or (1 if key else None)
+        line = self.line(key)
+        if key.startswith("--") and line is None:  # an option of the command line
+            return error.at(key)
+        line = line or (1 if key else None)
         place = f"{self.path}:{line}" if line else str(self.path)
         return error.at(clipped(key, _MOST_KEY)).within(place)
 

@@ -121,6 +121,16 @@ def test_what_is_wrong_is_told_with_its_line(
     assert f"servo.toml:{line}: slew" in result.error
 
 
+def test_a_value_of_an_option_is_told_at_the_option(tmp_path: Path) -> None:
+    path = write(tmp_path)
+    for step in (0.0, -1.0, float("nan")):
+        with pytest.raises(InputError, match=r"^--step: "):
+            simulate_design(path, None, step, None)
+    for error in (0.0, 1.5, float("nan")):
+        with pytest.raises(InputError, match=r"^--error: "):
+            shape_design(path, None, error, None)
+
+
 def test_a_variation_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"--variation.*softer"):
         simulate_design(write(tmp_path), "soft", None, None)
