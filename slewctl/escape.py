@@ -53,6 +53,12 @@ def console(text: str) -> str:
     return _CI_START.sub(lambda found: found[0][:-2] + r"\x3a:", line)
 
 
+def quoted(text: str) -> str:
+    """Return text as it may stand in a page, or in quotes in a tag."""
+    shown = visible(text).replace("&", "&amp;").replace("<", "&lt;")
+    return shown.replace(">", "&gt;").replace('"', "&quot;")
+
+
 def markdown(text: str) -> str:
     """Return text as a part of a line of Markdown that means itself."""
     line = _MARKDOWN.sub(r"\\\g<0>", one_line(re.sub(r"[ \t\r\n]+", " ", text)))

@@ -125,16 +125,25 @@ class Problem:
         """The H2-optimal controller of the truth itself: nothing costs less."""
         return self._yardstick.optimum()
 
-    def judge(self, controller: Controller | System, slew: Slew | None = None) -> Judged:
+    def judge(
+        self,
+        controller: Controller | System,
+        slew: Slew | None = None,
+        *,
+        sign: int | None = None,
+    ) -> Judged:
         """Return what a controller achieves on the truth, on finer truths and beside the optimum.
 
         Parameters
         ----------
         controller : Controller or control.StateSpace
             A design's result; or a system of your own from the sensors to the actuator, by
-            name, connected with a plus sign.
+            name, or by position where it has no names.
         slew : Slew, optional
             Another turn than the problem's; its shaper is made for this loop.
+        sign : {-1, 1}, optional
+            Of the feedback of a system of your own, −1 unless told otherwise, as in
+            `slewctl.margins` and `control.feedback`; a `Controller` has its minus inside.
 
         Raises
         ------
@@ -143,7 +152,7 @@ class Problem:
             actuator.
         """
         yardstick = self._yardstick
-        loop = close(yardstick.model, self.objective, controller)
+        loop = close(yardstick.model, self.objective, controller, sign=sign)
         return Judged(loop, yardstick, shaped_for(slew or self.slew, loop))
 
     def simulate(
@@ -153,6 +162,7 @@ class Problem:
         *,
         conditions: Conditions | None = None,
         step: float | None = None,
+        sign: int | None = None,
     ) -> Simulation:
         """Return a slew on the truth as it happens, step by step.
 
@@ -166,6 +176,8 @@ class Problem:
             Instead of the command's own: limits, friction, play, encoder, clock, noise, loads.
         step : float, optional
             The longest one in s; see `slewctl.simulate`.
+        sign : {-1, 1}, optional
+            As for `judge`.
 
         Returns
         -------
@@ -195,7 +207,8 @@ class Problem:
         slew = command or self.slew
         if conditions is not None:
             slew = replace(slew, conditions=conditions)
-        return simulate(close(self.truth, self.objective, controller), slew, step=step)
+        loop = close(self.truth, self.objective, controller, sign=sign)
+        return simulate(loop, slew, step=step)
 
     def digital_loss(self, before: Controller, after: Controller) -> DigitalLoss:
         """Return what a step on the way to the computer takes from a controller, on the truth.

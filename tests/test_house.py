@@ -31,6 +31,7 @@ SHARED = {
 # Each room may import the rooms named here, beside itself and the shared modules.
 MAY_IMPORT: dict[str, set[str]] = {
     "numerics": set(),
+    "animation": set(),
     "export": set(),
     "arm": {"export"},
     "basis": {"arm"},
@@ -39,7 +40,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "trajectory": set(),
     "measured": {"arm", "basis", "model", "plant", "export"},
     "design": {"arm", "model", "plant", "export"},
-    "loop": {"model", "plant", "trajectory", "measured", "design"},
+    "loop": {"animation", "arm", "model", "plant", "trajectory", "measured", "design"},
     "compare": {"arm", "basis", "model", "plant", "design", "loop"},
     "paper": {"arm", "basis", "model", "plant", "design", "loop"},
     "check": {"loop", "compare"},
@@ -57,11 +58,11 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "gate": {"arm", "plant", "design", "loop", "compare", "check", "embedded", "files"},
     "testing": {"plant", "design", "loop", "compare", "check", "files", "gate"},
-    "report": {"measured", "loop", "compare", "paper"},
+    "report": {"animation", "measured", "loop", "compare", "paper"},
 }
 # The only rooms that may import these.
 KEEPERS = {"matplotlib": {"report"}, "cvxpy": {"design", "paper"}, "pydantic": {"files"},
-           "pytest": {"testing"}, "click": {"cli"}, "rich": {"cli"}, "jinja2": {"report"}}  # fmt: skip
+           "pytest": {"testing"}, "click": {"cli"}, "rich": {"cli"}, "PIL": {"animation"}, "jinja2": {"report"}}  # fmt: skip
 
 
 def room_files() -> list[tuple[str, Path]]:

@@ -47,7 +47,7 @@ def test_a_judgement_says_what_a_person_asks_for(judged: Judged) -> None:
 
 def test_an_unstable_loop_has_no_margin_to_print() -> None:
     wrong = control.StateSpace(
-        [], [], [], [[5.0, 0.1]], inputs=["theta", "theta_dot"], outputs=["torque"]
+        [], [], [], [[-5.0, -0.1]], inputs=["theta", "theta_dot"], outputs=["torque"]
     )
     judged = PROBLEM.judge(wrong)
     assert not judged.stable
@@ -58,7 +58,7 @@ def test_an_unstable_loop_has_no_margin_to_print() -> None:
 
 
 def test_a_users_own_system_is_judged_as_the_controller_it_is(judged: Judged) -> None:
-    own = PROBLEM.judge(judged.controller.system)
+    own = PROBLEM.judge(judged.controller.system, sign=1)
     assert own.cost == pytest.approx(judged.cost, rel=1e-12)
     assert "given, without a certificate" in str(own)
 

@@ -60,18 +60,27 @@ def export_command(context: click.Context, design: Path, form: str, out: Path) -
 @click.argument("design", type=click.Path(path_type=Path))
 @click.option("--variation", metavar="NAME", help="On this variation's arm, not the file's own.")
 @click.option("--step", type=float, metavar="S", help="The longest step in s.")
+@click.option("--beside", type=click.Path(path_type=Path), metavar="DESIGN",
+              help="Another design's slew, side by side in the animation.")  # fmt: skip
+@click.option("--gif", type=click.Path(path_type=Path), metavar="FILE",
+              help="Write the moving arm as a GIF.")  # fmt: skip
 @OUT_MAYBE
 def simulate_command(
-    design: Path, variation: str | None, step: float | None, out: Path | None
+    design: Path,
+    variation: str | None,
+    step: float | None,
+    beside: Path | None,
+    gif: Path | None,
+    out: Path | None,
 ) -> None:
     """Simulate the slew of DESIGN (a TOML file) as it happens, on the truth.
 
     Limits, friction, encoder, clock, noise and loads are those of its [slew]. DIR gets the
-    figures and all signals.
+    moving arm, the figures and all signals.
     """
     from slewctl.cli.simulating import simulate_design
 
-    simulate_design(design, variation, step, out)
+    simulate_design(design, variation, step, out, beside=beside, gif=gif)
 
 
 @click.command("shape")

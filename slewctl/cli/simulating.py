@@ -15,9 +15,44 @@ from slewctl.loop import Simulation, simulate
 
 
 def simulate_design(
-    design: Path, variation: str | None, step: float | None, out: Path | None
+    design: Path,
+    variation: str | None,
+    step: float | None,
+    out: Path | None,
+    *,
+    beside: Path | None = None,
+    gif: Path | None = None,
 ) -> None:
     """Print the measures of a design's slew, and write its report where one is wanted."""
+    if beside is not None and out is None and gif is None:
+        raise InputError(
+            "slews stand side by side in a report or a GIF",
+            where="--beside",
+            remedy="give --out DIR or --gif FILE too",
+        )
+    if gif is not None and gif.suffix != ".gif":
+        raise InputError(f"{gif} does not end in .gif", where="--gif", remedy="name such a file")
+    title, judged, found = _simulated(design, variation, step)
+    other = None if beside is None else _simulated(beside, None, step)
+    for line in _told(judged, found):
+        OUT.print(line)
+    next_step(f"slewctl shape {design}", "commands that leave less vibration")
+    if out is None and gif is None:
+        return
+    names = [title] if other is None else [title, other[0]]
+    animation = found.animate(None if other is None else other[2], names=names)
+    if gif is not None:
+        OUT.print(f"animation: {animation.save(gif)}")
+    if out is not None:
+        from slewctl.report import write_simulation  # matplotlib is only needed here
+
+        OUT.print(f"report: {write_simulation(found, out, title, animation)}")
+
+
+def _simulated(
+    design: Path, variation: str | None, step: float | None
+) -> tuple[str, Judgement, Simulation]:
+    """Return a design's name, its judgement and its slew."""
     file = read_design(design, slew=True)
     arms = {one.name: one.arm for one in file.variations}
     with options_named({"variation": "--variation"}):
@@ -30,14 +65,8 @@ def simulate_design(
     with file.source.computing(), options_named({"step": "--step"}):
         judged = _judged(file, variation)
         found = simulate(judged.loop, judged.slew, step=step)
-    for line in _told(judged, found):
-        OUT.print(line)
-    next_step(f"slewctl shape {design}", "commands that leave less vibration")
-    if out is not None:
-        from slewctl.report import write_simulation  # matplotlib is only needed here
-
-        title = f"{file.case.name} [{variation}]" if variation else file.case.name
-        OUT.print(f"report: {write_simulation(found, out, title)}")
+    title = f"{file.case.name} [{variation}]" if variation else file.case.name
+    return title, judged, found
 
 
 def _judged(file: DesignFile, variation: str | None) -> Judgement:

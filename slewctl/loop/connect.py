@@ -7,7 +7,7 @@ from slewctl.design import Controller, fitted, given
 from slewctl.errors import InputError, shown
 from slewctl.loop.closed import Loop
 from slewctl.loop.delayed import DelayedLoop
-from slewctl.loop.parts import System, state_space
+from slewctl.loop.parts import System, feedback_sign, state_space
 from slewctl.loop.sampled import SampledLoop
 from slewctl.model import Model
 from slewctl.model.assembly import check_model
@@ -17,7 +17,11 @@ from slewctl.plant import Objective, loop_dead_time
 
 @single_threaded
 def close(
-    model: Model, objective: Objective, controller: Controller | System
+    model: Model,
+    objective: Objective,
+    controller: Controller | System,
+    *,
+    sign: int | None = None,
 ) -> Loop | SampledLoop:
     """Return the loop of `controller` around `model`, judged by `objective`.
 
@@ -27,9 +31,12 @@ def close(
     objective : Objective
     controller : Controller, control.StateSpace or control.TransferFunction
         A design's result; or a system of your own from sensors of the objective to its
-        actuator, by name, or by position where it has no names; it is connected with a plus
-        sign.  If it has a sample time the loop is a `SampledLoop`; another sign or a
-        computational delay can be given by `slewctl.given`.
+        actuator, by name, or by position where it has no names.  If it has a sample time the
+        loop is a `SampledLoop`; a computational delay can be given by `slewctl.given`.
+    sign : {-1, 1}, optional
+        Of the feedback, u = sign·K y, as in `margins` and `control.feedback`: −1 for a system
+        of your own.  A slewctl `Controller` knows its own, +1, because its minus is inside;
+        its bare `system` needs ``sign=1``.
 
     Returns
     -------
@@ -41,7 +48,7 @@ def close(
     ------
     InputError
         If the controller takes other sensors than the objective names, or commands another
-        actuator.
+        actuator; for a sign that is none, or contradicts a `Controller`.
 
     Examples
     --------
@@ -60,6 +67,7 @@ def close(
             where="close",
             remedy="give model, objective and controller in this order",
         )
+    direction = feedback_sign(sign, controller)
     if not isinstance(controller, Controller):
         if not is_system(controller):
             raise InputError(
@@ -67,7 +75,7 @@ def close(
                 where="close",
                 remedy="give a Controller, or a system of python-control",
             )
-        controller = _bare(controller, objective)
+        controller = _bare(controller, objective, direction)
     try:
         controller = fitted(controller, objective.sensors, objective.actuator)
     except InputError as error:
@@ -85,9 +93,10 @@ def is_system(value: object) -> bool:
     )
 
 
-def _bare(system: System, objective: Objective) -> Controller:
+def _bare(system: System, objective: Objective, sign: int) -> Controller:
     """Return a user's own system; without names its signals are the objective's, in order."""
     light = state_space(system, "close")
     inputs = objective.sensors if nameless(light.input_labels) else None
     output = objective.actuator if nameless(light.output_labels) else None
-    return given(light, feedback="positive", inputs=inputs, output=output)
+    feedback = "negative" if sign < 0 else "positive"
+    return given(light, feedback=feedback, inputs=inputs, output=output)

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from slewctl.escape import visible
+from slewctl.escape import quoted
 from slewctl.report.compact import compact
 from slewctl.report.palette import colour
 
@@ -88,8 +88,7 @@ def svg(fig: Figure, name: str, description: str) -> str:
     text = out.getvalue()
     text = text[text.index("<svg") :]
     text = compact(text, name).replace(_INK, "currentColor").replace(_FAINT, "currentColor")
-    label = visible(description).replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
-    return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
+    return text.replace("<svg ", f'<svg role="img" aria-label="{quoted(description)}" ', 1).strip()
 
 
 def legend(ax: Axes, **placing: Any) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from slewctl._types import Array, ComplexArray
-from slewctl.escape import visible
+from slewctl.escape import quoted
 from slewctl.report.scale import Axis
 
 # Units across every plot, which are pixels where it is shown as wide as that.
@@ -28,12 +28,6 @@ _SIMPLE = 0.08
 _LEFT, _RIGHT = 52.0, 10.0
 # Classes of the marks at points, and their paths from there.
 _GLYPHS = {"dots": ("p", "h0"), "crosses": ("x", "m-400-400l800 800m0-800l-800 800")}
-
-
-def quoted(text: str) -> str:
-    """Return text as it may stand in a page, or in quotes in a tag."""
-    shown = visible(text).replace("&", "&amp;").replace("<", "&lt;")
-    return shown.replace(">", "&gt;").replace('"', "&quot;")
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from slewctl.animation.animation import Animation
 from slewctl.loop import Simulation
 from slewctl.report.drawing import figure, legend, style, svg
 from slewctl.report.export import csv_text, json_text, write_files
@@ -11,7 +12,9 @@ from slewctl.report.page import render, versions
 from slewctl.report.palette import ALARM
 
 
-def write_simulation(found: Simulation, folder: Path, title: str) -> Path:
+def write_simulation(
+    found: Simulation, folder: Path, title: str, animation: Animation | None = None
+) -> Path:
     """Write the report of a simulated slew and return the path of its page.
 
     Parameters
@@ -20,6 +23,8 @@ def write_simulation(found: Simulation, folder: Path, title: str) -> Path:
     folder : Path
         Gets ``index.html``, ``signals.csv`` and ``results.json``.
     title : str
+    animation : Animation, optional
+        By default the slew's own; beside another it is made by `Simulation.animate`.
 
     Returns
     -------
@@ -45,6 +50,7 @@ def write_simulation(found: Simulation, folder: Path, title: str) -> Path:
         met=_met(found),
         shaper=None if shaper is None or isinstance(shaper, str) else shaper,
         picture=_picture(found),
+        animation=(animation or found.animate(names=[title])).html(),
     )
     results = {
         "versions": versions(),

@@ -11,7 +11,7 @@ import numpy as np
 
 from slewctl._types import BoolArray
 from slewctl.compare import GOOD, StudySlice
-from slewctl.report.plot import quoted
+from slewctl.escape import quoted
 
 # Upper ends of the classes of loss, light to dark; what is lost is at most ...
 _CLASSES = (0.01, GOOD, 0.2, 1.0, np.inf)

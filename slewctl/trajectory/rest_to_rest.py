@@ -9,26 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from math import sqrt
+from math import ceil, pi, sqrt
 
 import numpy as np
 from scipy.optimize import linprog
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_number, check_positive
+from slewctl.trajectory.costate import FullTorque, Functionals, fastest
 from slewctl.trajectory.shapers import Mode
 
-# Samples of the linear program that Newton's method starts from.
-_SAMPLES = 240
+# Samples of the linear program that Newton's method starts from: at least, for each period of
+# the fastest mode, and at most.
+_LEAST, _A_PERIOD, _MOST = 240, 8, 20_000
 # Bisections of its time: a thousandth of it is near enough for a start.
 _BISECTIONS = 10
-# A sample of the program is at its limit within this part of it.
-_AT_LIMIT = 1e-6
-# Newton's steps, and the last of them as a part of the duration.
-_STEPS, _CONVERGED = 40, 1e-13
-# What the switching equations may leave, of terms of size one.
-_LEFT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -62,8 +57,9 @@ def rest_to_rest(
 ) -> BangBang:
     """Return the fastest turn under a torque limit that leaves no vibration.
 
-    Linear programs on a grid, bisected in time, say how often the torque switches and about
-    when; Newton's method on the switching equations then finds the times to rounding.
+    Linear programs on a grid, bisected in time, say about how; Newton's method on their
+    multipliers then finds the times to rounding, however often the torque switches.  That the
+    multipliers' bound is reached proves that no other torque is faster.
 
     Parameters
     ----------
@@ -88,8 +84,8 @@ def rest_to_rest(
     InputError
         For no turn, or numbers that are not positive.
     AccuracyError
-        If the number of switches is not that of the switching equations, or Newton's method
-        does not converge.
+        If the multipliers are not found to rounding, or a mode is so fast that its periods
+        are too many.
 
     Examples
     --------
@@ -104,50 +100,34 @@ def rest_to_rest(
         raise InputError(f"{order} is no order", where="order", remedy="give 1 or 2")
     size = abs(angle) * check_positive(inertia, "inertia")
     size /= check_positive(torque_limit, "torque_limit")
-    end, torque = _started(size, modes, order)
-    start = np.append(_switches(torque, end / _SAMPLES), end)
-    wanted = 2 + 2 * order * len(modes)
-    if len(start) != wanted:
+    if not modes:
+        raise InputError("no mode", where="modes", remedy="give one, or take RigidTimeOptimal")
+    found = fastest(_started(size, modes, order), size)
+    limit = float(np.sign(angle)) * torque_limit * found.signs[0]
+    return BangBang(limit, tuple(found.switches.tolist()), found.end)
+
+
+def _farthest(end: float, modes: Sequence[Mode], order: int) -> tuple[float, FullTorque]:
+    """Return how far J·angle/limit comes in a time on a grid, and the multipliers' torque."""
+    functionals = Functionals(modes, order, end)
+    quickest = max(mode.frequency for mode in modes)
+    samples = max(_LEAST, ceil(_A_PERIOD * end * quickest / (2 * pi)))
+    if samples > _MOST:
         raise AccuracyError(
-            f"on a grid of {_SAMPLES} the fastest turn switches {len(start) - 1} times, not the "
-            f"{wanted - 1} times whose equations are solved here",
-            where="rest_to_rest",
-            remedy="ask for fewer modes, the slowest ones, and shape the command for the others",
+            f"the mode at {quickest:.4g} rad/s has {samples // _A_PERIOD} periods in {end:.3g} s",
+            where="modes",
+            remedy="leave the fastest modes out, and shape the command for them",
         )
-    times = _newton(start, size, modes, order)
-    return BangBang(
-        float(np.sign(angle)) * torque_limit, tuple(times[:-1].tolist()), float(times[-1])
-    )
-
-
-def _rows(t: Array, end: float, modes: Sequence[Mode], order: int) -> tuple[Array, Array]:
-    """Return the weights f of ∫f u and their antiderivatives at times t, one functional a row.
-
-    The first is t, the second 1; exponentials are counted from the end and so don't grow.
-    """
-    weights, sums = [t, np.ones_like(t)], [t**2 / 2, t]
-    for mode in modes:
-        pole = mode.ratio * mode.frequency + 1j * mode.damped
-        wave, since = np.exp(pole * (t - end)), t - end
-        made = [(wave, wave / pole), (since * wave, (since - 1 / pole) * wave / pole)]
-        for weight, total in made[:order]:
-            weights += [weight.real, weight.imag]
-            sums += [total.real, total.imag]
-    return np.array(weights), np.array(sums)
-
-
-def _farthest(end: float, modes: Sequence[Mode], order: int) -> tuple[float, Array]:
-    """Return J·angle/limit that is reached in a time at most, and the torque by samples."""
-    grid = np.linspace(0.0, end, _SAMPLES + 1)
-    held = np.diff(_rows(grid, end, modes, order)[1], axis=1)
+    held = np.diff(functionals.at(np.linspace(0.0, end, samples + 1))[1], axis=1)
     scale = np.abs(held).sum(axis=1, keepdims=True)
     found = linprog(held[0], A_eq=(held / scale)[1:], b_eq=np.zeros(len(held) - 1), bounds=(-1, 1))
     if found.x is None:
         raise AccuracyError(f"no torque was found: {found.message}", where="rest_to_rest")
-    return -float(held[0] @ found.x), found.x
+    multipliers = found.eqlin.marginals / scale[1:, 0]
+    return -float(held[0] @ found.x), FullTorque(functionals, multipliers, end)
 
 
-def _started(size: float, modes: Sequence[Mode], order: int) -> tuple[float, Array]:
+def _started(size: float, modes: Sequence[Mode], order: int) -> FullTorque:
     low = high = 2 * sqrt(size)  # of the rigid arm
     while _farthest(high, modes, order)[0] < size:
         low, high = high, 1.5 * high
@@ -157,43 +137,4 @@ def _started(size: float, modes: Sequence[Mode], order: int) -> tuple[float, Arr
             low = middle
         else:
             high = middle
-    return high, _farthest(high, modes, order)[1]
-
-
-def _switches(torque: Array, step: float) -> Array:
-    """Return when the torque changes its sign, by the means of the samples in between."""
-    full = np.flatnonzero(np.abs(torque) > 1 - _AT_LIMIT)
-    found = []
-    for before, after in pairwise(full):
-        if torque[before] * torque[after] < 0:
-            between = torque[before + 1 : after] * np.sign(torque[before])
-            found.append(step * (before + 1 + (1 + between).sum() / 2))
-    return np.array(found)
-
-
-def _newton(times: Array, size: float, modes: Sequence[Mode], order: int) -> Array:
-    """Solve the switching equations: ∫f u = -Σ jump·F(time), and its derivative is -jump·f."""
-    jumps = 2.0 * (-1.0) ** np.arange(1, len(times) + 1)
-    jumps[-1] /= 2
-    end = times[-1]
-    wanted = np.zeros(len(times))
-    wanted[0] = -size
-    for _ in range(_STEPS):
-        weights, sums = _rows(times, end, modes, order)
-        started = _rows(np.zeros(1), end, modes, order)[1][:, 0]
-        error = -(sums @ jumps) - started - wanted
-        step = np.linalg.lstsq(-weights * jumps, -error, rcond=None)[0]
-        # No switch overtakes another: each gap keeps half of itself at least.
-        closing = np.max(-np.diff(step, prepend=0.0) / np.diff(times, prepend=0.0))
-        times = times + step / max(1.0, 2 * closing)
-        if np.abs(step).max() <= _CONVERGED * end or times[-1] > 2 * end:
-            break
-    scale = np.abs(sums).max(axis=1)
-    apart = np.diff(times, prepend=0.0)
-    if not np.all(np.isfinite(times)) or apart.min() <= 0 or np.any(np.abs(error) > _LEFT * scale):
-        raise AccuracyError(
-            "Newton's method on the switching equations does not converge",
-            where="rest_to_rest",
-            remedy="leave out a mode, or turn by another angle",
-        )
-    return times
+    return _farthest(high, modes, order)[1]

@@ -153,7 +153,7 @@ def test_ladder_refuses_what_the_truth_cannot_judge() -> None:
 @pytest.mark.parametrize("mode", [1, 2, 3, 5])
 def test_mode_that_is_excited_on_purpose_is_found(mode: int, friction: float) -> None:
     model = truth(arm_with(0.003, friction), 8)
-    loop = close(model, FROM_HUB, resonator(mode, model))
+    loop = close(model, FROM_HUB, resonator(mode, model), sign=1)
     assert not loop.stable
     for kept in (0, mode - 1, mode, 8):
         found = destabilised_mode(loop, kept)
@@ -175,7 +175,7 @@ def test_weak_feedback_agrees_with_perturbation_theory() -> None:
     named = control.StateSpace(K.A, K.B, K.C, K.D, inputs=["theta"], outputs=["torque"])
     shifts = np.array([K(1j * w) * t**2 / (2j * w) for w, t in zip(omega, theta[1:], strict=True)])
     growth = shifts.real - 1e-3 * omega
-    found = destabilised_mode(close(model, objective, named))
+    found = destabilised_mode(close(model, objective, named, sign=1))
     assert found is not None
     assert growth.max() > 0
     assert found.number == 1 + np.argmax(growth)
@@ -194,7 +194,7 @@ def test_stable_loop_has_no_destabilised_mode() -> None:
 
 def test_destabilised_mode_refuses_bad_counts() -> None:
     model = truth(arm_with(0.1), 4)
-    loop = close(model, FROM_HUB, resonator(2, model))
+    loop = close(model, FROM_HUB, resonator(2, model), sign=1)
     for kept in (-1, 1.5):
         with pytest.raises(InputError):
             destabilised_mode(loop, kept)  # type: ignore[arg-type]

@@ -148,7 +148,7 @@ def test_every_quantity_can_be_the_one_that_is_worst(quantity: str) -> None:
 
 def test_a_loop_of_ones_own_controller_is_judged_likewise() -> None:
     own = lqg(generalised_plant(assemble(ARM, ClampedFree(2)), CASE.objective)).system
-    loop = close(truth(ARM, 20), CASE.objective, own)
+    loop = close(truth(ARM, 20), CASE.objective, own, sign=1)
     found = worst_case(loop, {"damping_factor": (0.5, 2.0)}, samples=0, searches=0)
     assert found.modes == 20
     assert found.nominal.value == pytest.approx(loop.margins.disk.value, rel=1e-9)

@@ -160,16 +160,17 @@ def test_any_system_of_control_is_judged_closed_and_measured_alike() -> None:
     arm = sc.Arm(sc.arms.paper_beam().beam, hub=sc.Hub(inertia=0.2), damping_ratio=0.005)
     problem = sc.Problem(arm, limits={"tip": 0.03, "torque": 1.0},
                          noise={"torque": 0.1, "theta": 0.01})  # fmt: skip
-    law = ct.tf([-200.0, -200.0], [1.0, 40.0])
+    law = ct.tf([200.0, 200.0], [1.0, 40.0])
     named = ct.ss(ct.tf2ss(law), inputs=["theta"], outputs=["torque"])
     plant = sc.state_space(problem.truth, outputs=["theta"])
     found = [
         problem.judge(law).margins.phase_deg.value,
         problem.judge(named).margins.phase_deg.value,
-        problem.judge(sc.given(-law, feedback="negative")).margins.phase_deg.value,
+        problem.judge(sc.given(law, feedback="negative")).margins.phase_deg.value,
         sc.close(problem.truth, problem.objective, law).margins.phase_deg.value,
-        sc.margins(plant, law, sign=1).phase_deg.value,
-        sc.margins(plant, sc.given(law, feedback="positive")).phase_deg.value,
+        sc.margins(plant, law).phase_deg.value,
+        problem.judge(-law, sign=1).margins.phase_deg.value,
+        sc.margins(plant, sc.given(-law, feedback="positive")).phase_deg.value,
     ]
     np.testing.assert_allclose(found, found[0], rtol=1e-8)
 

@@ -151,7 +151,7 @@ def test_an_unstable_loop_says_when_only_its_sign_is_wrong() -> None:
     for closed, system in ((LOOP, K), (loop, loop.controller.system)):
         minus = named(-system, inputs=system.input_labels, outputs=system.output_labels)
         with pytest.raises(UnstableLoopError, match=says):
-            _ = close(closed.model, closed.objective, minus).margins
+            _ = close(closed.model, closed.objective, minus, sign=1).margins
     with pytest.raises(UnstableLoopError, match=says):
         hybrid_delay_margin(loop.plant, loop.controller.system)
     for either in (-1, 1):  # a pole at +1 that a gain of 1/2 does not reach

@@ -33,6 +33,7 @@ from slewctl import (
     close,
     generalised_plant,
     lqg,
+    margins,
     simulate_slew,
     truth,
 )
@@ -196,9 +197,23 @@ def test_mismatched_sensors_are_refused(measured: tuple[str, ...]) -> None:
 
 def test_a_users_own_controller_is_judged_like_any_other() -> None:
     loop = stable_loop()
-    again = close(loop.model, loop.objective, loop.controller.system)
+    again = close(loop.model, loop.objective, loop.controller.system, sign=1)
     assert again.margins == loop.margins
     assert again.h2 == loop.h2
+
+
+def test_a_users_own_system_has_the_sign_of_control_feedback_everywhere() -> None:
+    loop = stable_loop()
+    K = -loop.controller.system
+    again = close(loop.model, loop.objective, K)
+    assert again.h2 == loop.h2
+    assert margins(loop.plant, K) == margins(loop.plant, K, sign=-1)
+    assert margins(loop.plant, K).modulus.value == again.margins.modulus.value
+    assert not close(loop.model, loop.objective, K, sign=1).stable
+    with pytest.raises(InputError, match=r"^sign: .*plus sign"):
+        close(loop.model, loop.objective, loop.controller, sign=-1)
+    with pytest.raises(InputError, match=r"^sign: 0 is no sign"):
+        close(loop.model, loop.objective, K, sign=0)
 
 
 def test_sensors_are_matched_by_name_whatever_their_order() -> None:

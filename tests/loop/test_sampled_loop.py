@@ -55,7 +55,7 @@ def unstable_loop() -> Loop:
         system.A, system.B, -system.C, -system.D, 0.05,
         inputs=system.input_labels, outputs=["torque"],
     )  # fmt: skip
-    return close(truth(uniform_arm(), 10), TWO_SENSORS, wrong)
+    return close(truth(uniform_arm(), 10), TWO_SENSORS, wrong, sign=1)
 
 
 def walked(loop: SampledLoop, samples: int, start: Array) -> Array:
@@ -125,7 +125,7 @@ def test_modes_above_half_the_sampling_frequency_keep_their_frequency_and_dampin
 def test_oscillation_at_half_the_sampling_frequency_is_reported_there() -> None:
     """Far too much rate feedback for a slow clock: u = −k θ̇ flips the sign at every sample."""
     system = control.StateSpace(
-        [], [], [], [[-1.0, -40.0]], 0.1, inputs=["theta", "theta_dot"], outputs=["torque"]
+        [], [], [], [[1.0, 40.0]], 0.1, inputs=["theta", "theta_dot"], outputs=["torque"]
     )
     loop = close(assemble(uniform_arm(stiffness=1e4), ClampedFree(1)), TWO_SENSORS, system)
     assert not loop.stable
@@ -270,7 +270,7 @@ def test_own_sampled_controller_with_a_delay() -> None:
         [], [], [], [[-20.0, -8.0]], 0.02, inputs=["theta", "theta_dot"], outputs=["torque"]
     )
     model = assemble(uniform_arm(damping_ratio=0.05), ClampedFree(1))
-    prompt = close(model, TWO_SENSORS, pd)
+    prompt = close(model, TWO_SENSORS, pd, sign=1)
     assert prompt.stable
     assert prompt.h2.discrepancy < 1e-9
     # A delay of k samples is z⁻ᵏ in the return ratio, exactly as the delay margin has it.

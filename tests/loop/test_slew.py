@@ -322,8 +322,8 @@ def test_a_lag_far_faster_than_the_arm_changes_nothing(lag_s: float) -> None:
         outputs=own.output_labels,
     )
     slew = Slew(30.0, 2.0)
-    lagged = simulate_slew(close(loop.model, loop.objective, behind), slew).summary
-    plain = simulate_slew(close(loop.model, loop.objective, own), slew).summary
+    lagged = simulate_slew(close(loop.model, loop.objective, behind, sign=1), slew).summary
+    plain = simulate_slew(close(loop.model, loop.objective, own, sign=1), slew).summary
     for name in ("settling_time_s", "residual_m", "peak_torque"):
         near = pytest.approx(getattr(plain, name), rel=30 * lag_s + 1e-7)
         assert getattr(lagged, name) == near, name

@@ -193,7 +193,7 @@ def lagged_loop(count: int, lag: float, spread: float) -> Loop:
         inputs=["theta", "theta_dot"],
         outputs=["torque"],
     )
-    return close(truth(uniform_arm(damping_ratio=0.02), 6), TWO_SENSORS, pd)
+    return close(truth(uniform_arm(damping_ratio=0.02), 6), TWO_SENSORS, pd, sign=1)
 
 
 def assert_lagged_loop_agrees(count: int, lag: float, spread: float) -> None:
@@ -255,7 +255,7 @@ def pd_loop(gain: float, rate: float) -> Loop:
         [], [], [], [[-gain, -rate]], inputs=["theta", "theta_dot"], outputs=["torque"]
     )
     model = assemble(uniform_arm(stiffness=1e4, damping_ratio=0.02), ClampedFree(1))
-    return close(model, TWO_SENSORS, pd)
+    return close(model, TWO_SENSORS, pd, sign=1)
 
 
 @pytest.mark.parametrize("gain", [1.0, 30.0])
@@ -283,7 +283,7 @@ def test_poles_over_many_decades() -> None:
             if lag
             else control.StateSpace([], [], [], gains, **signals)
         )
-        loop = close(truth(uniform_arm(damping_ratio=0.02), 12), TWO_SENSORS, pd)
+        loop = close(truth(uniform_arm(damping_ratio=0.02), 12), TWO_SENSORS, pd, sign=1)
         found.append(summary(loop, Slew(40.0, 1.0)))
     ideal, lagging = found
     for name in ("settling_time_s", "residual_m", "peak_torque", "overshoot"):

@@ -167,7 +167,7 @@ def test_a_controller_designed_elsewhere_is_given_the_error(
     pd = control.StateSpace(
         [], [], [], [[-gain, -np.sqrt(gain)]], T, inputs=["theta", "theta_dot"], outputs=["torque"]
     )
-    loop = close(model, TWO_SENSORS, pd)
+    loop = close(model, TWO_SENSORS, pd, sign=1)
     assert loop.stable
     assert_followed(loop.tracking, 1.1, "torque")
 
@@ -182,7 +182,7 @@ def test_unstable_loop_follows_nothing() -> None:
     model = assemble(uniform_arm(), ClampedFree(1))
     wrong = control.StateSpace([], [], [], [[1.0]], inputs=["theta"], outputs=["torque"])
     with pytest.raises(UnstableLoopError, match="response to the reference"):
-        _ = close(model, OBJECTIVE, wrong).tracking
+        _ = close(model, OBJECTIVE, wrong, sign=1).tracking
 
 
 def test_tracking_controller_without_reference_is_the_controller() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +11,14 @@ import numpy as np
 from slewctl._show import Axes, DataFrame, axes_or_new, rows_of, to_frame
 from slewctl._threads import single_threaded
 from slewctl._types import Array
+from slewctl.animation.animation import Animation
+from slewctl.animation.movement import Movement
 from slewctl.design.anti_windup import anti_windup
-from slewctl.errors import AccuracyError, check_choice, check_positive
+from slewctl.errors import AccuracyError, InputError, check_choice, check_positive, shown
 from slewctl.loop.closed import Loop
 from slewctl.loop.motion.conditions import Conditions
 from slewctl.loop.motion.continuous_walk import continuous_track
+from slewctl.loop.motion.drawn import movement_of
 from slewctl.loop.motion.pushed_arm import PushedArm
 from slewctl.loop.motion.sampled_walk import sampled_track
 from slewctl.loop.motion.shaped_slew import shaped
@@ -52,12 +55,15 @@ class Simulation(SlewResponse):
         The longest step in s.
     anti_windup : str
         How the controller is told of limits; empty where there are none.
+    movement : Movement
+        What the arm does at a few hundred times: its angle and its shape.
     """
 
     signals: Mapping[str, Array]
     slew: Slew
     step: float
     anti_windup: str
+    movement: Movement
 
     @property
     def conditions(self) -> Conditions:
@@ -110,6 +116,59 @@ class Simulation(SlewResponse):
         ax.set_ylabel(f"{what.replace('_', ' ')} ({UNITS.get(what, 'm')})")
         ax.legend()
         return ax
+
+    def animate(
+        self,
+        beside: Simulation | None = None,
+        *,
+        names: Sequence[str] | None = None,
+        magnify: float | None = None,
+    ) -> Animation:
+        """Return the slew as it moves, beside another one if wanted.
+
+        Parameters
+        ----------
+        beside : Simulation, optional
+        names : sequence of str, optional
+            Of each, to stand above it; by default the slew's angle and profile.
+        magnify : float, optional
+            Factor of the deflections; by default one that shows them.
+
+        Returns
+        -------
+        Animation
+            It shows itself in a notebook; ``save("slew.html")`` or ``save("slew.gif")`` writes it.
+
+        Raises
+        ------
+        InputError
+            For other than one name each, a factor that is not positive, or something else
+            than a simulation beside.
+
+        Examples
+        --------
+        >>> import slewctl as sc
+        >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+        >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0},
+        ...                      {"torque": 0.1, "theta": 0.01}, slew=sc.Slew(30.0, 4.0))
+        >>> K = sc.lqg(problem.plant("clamped-free", n=1))
+        >>> problem.simulate(K).animate(names=["lqg"])
+        <animation of lqg, 12 s>
+        """
+        if beside is not None and not isinstance(beside, Simulation):
+            raise InputError(
+                f"{shown(beside)} is no simulation",
+                where="beside",
+                remedy="give what problem.simulate returned",
+            )
+        both = [self] if beside is None else [self, beside]
+        if names is None:
+            names = [f"{one.slew.angle_deg:g} degrees, {one.slew.profile}" for one in both]
+        if isinstance(names, str) or len(names) != len(both):
+            raise InputError(
+                f"{shown(names)} for {len(both)} slews", where="names", remedy="give one name each"
+            )
+        return Animation([one.movement for one in both], list(names), magnify)
 
 
 @single_threaded
@@ -187,6 +246,7 @@ def simulate(loop: Loop, slew: Slew, *, step: float | None = None) -> Simulation
         slew,
         longest,
         told if slew.conditions.limited else "",
+        movement_of(loop.model, track.t, track.states, signals),
     )
 
 

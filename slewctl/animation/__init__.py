@@ -1,0 +1,1 @@
+"""Slews that move: on a page, in a notebook, as a GIF."""
