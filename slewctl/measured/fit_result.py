@@ -34,7 +34,8 @@ class Estimate:
         In the same unit: inf when the measurements do not determine the property, nan when
         their scatter is neither given nor to be estimated.
     at_limit : bool
-        Whether the value is held at zero, where the measurements want none or less.
+        Whether the value is held at zero, where the measurements want none or less, or at the
+        least or the largest that a fit looks for.
     """
 
     name: str

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -41,6 +42,7 @@ _QUIET = 2.0
 _DEGREES = 0.3  # of a logarithm: so near to 180/π is a gain asked about
 _FAR = 30.0  # a factor from where it started that is worth a word
 _NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
+_HALF = 0.5  # of a log's movement: a rig that makes less of it is doubted
 
 
 def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
@@ -54,7 +56,7 @@ def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
     highest = highest_seen(response)
     found = parameters(arm, free, channel_of(response), highest)
     data = ResponseData(thinned(response) if log else response, modes_for(arm, highest))
-    if 2 * len(data.response.values) <= len(found):
+    if not log and 2 * len(data.response.values) <= len(found):
         raise InputError(
             f"{len(found)} free properties but {len(data.response.values)} points",
             where="fit.free",
@@ -62,15 +64,41 @@ def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
         )
     known = loop_dead_time(arm, [response.sensor])
     problem = RigProblem(Rig(arm, delay=known), found)
-    near = _near(problem, data)
-    _check_sign(problem.rig_at(near), data)
     if log:
-        solution = fit_record(
-            problem, RecordData(log, data.modes, highest, problem.rig_at(near).delay), near
-        )
+        solution = _on_log(problem, data, log, highest)
     else:
+        near = _near(problem, data)
+        if _mirrored(problem.rig_at(near), data):
+            raise _opposite()
         solution = _on_response(problem, data, near)
     return _result(problem, data, response, log, solution)
+
+
+def _on_log(problem: RigProblem, data: ResponseData, log: Log, highest: float) -> Solution:
+    """Return the fit to a log: from near its response, and from the arm as it was given.
+
+    A record of a few periods resolves no resonance in the averages that a response is made of.
+    """
+    starts = [_settled(problem, data, problem.start())]
+    with suppress(AccuracyError):
+        starts.insert(0, _near(problem, data))
+    delay = max(problem.rig_at(x).delay for x in starts)
+
+    def record() -> RecordData:
+        return RecordData(log, data.modes, highest, delay)
+
+    rig = problem.rig_at(starts[0])
+    if _mirrored(rig, data):
+        asked = record()
+        if asked.unlikely(replace(rig, gain=-rig.gain)) < asked.unlikely(rig):
+            raise _opposite()
+    return fit_record(problem.no_later_than(record().latest), record, starts)
+
+
+def _settled(problem: RigProblem, data: ResponseData, x: Array) -> Array:
+    """Return coordinates with the gain and the dead time that fit the response best."""
+    x = problem.with_gain(x, data.log_gain(problem.rig_at(x)))
+    return problem.with_phase(x, data.misfit)
 
 
 def _near(problem: RigProblem, data: ResponseData) -> Array:
@@ -81,10 +109,6 @@ def _near(problem: RigProblem, data: ResponseData) -> Array:
 
     def slopes(x: Array) -> Array:
         return problem.differences(data.residual, x, residual(x))
-
-    def settle(x: Array) -> Array:
-        x = problem.with_gain(x, data.log_gain(problem.rig_at(x)))
-        return problem.with_phase(x, data.misfit)
 
     def misfit(x: Array) -> float:
         return data.misfit(problem.rig_at(x))
@@ -100,7 +124,7 @@ def _near(problem: RigProblem, data: ResponseData) -> Array:
                 ends.append((misfit(end), end))
         return [end for _, end in sorted(ends, key=lambda pair: pair[0])]
 
-    starts = problem.starts(data.magnitudes_off, settle)
+    starts = problem.starts(data.magnitudes_off, partial(_settled, problem, data))
     rough = descended(starts, _FIRST, _SHORT)
     best = descended(rough[:_SECONDS], _SECOND, _ROUGH)
     if not best:
@@ -112,16 +136,19 @@ def _near(problem: RigProblem, data: ResponseData) -> Array:
     return best[0]
 
 
-def _check_sign(rig: Rig, data: ResponseData) -> None:
-    """Refuse a sensor or an actuator that is wired the other way round."""
+def _mirrored(rig: Rig, data: ResponseData) -> bool:
+    """Return whether a sensor or an actuator seems to be wired the other way round."""
     # Among the slowest points, where a dead time counts for little.
     turn = data.ratio(replace(rig, delay=0.0)).imag[: -(-len(data.deviation) // 4)]
-    if np.mean(np.cos(turn)) < _MIRRORED:
-        raise InputError(
-            "the response has the opposite sign of the arm's",
-            where="fit.measured",
-            remedy="turn the sign of the input or of the output",
-        )
+    return bool(np.mean(np.cos(turn)) < _MIRRORED)
+
+
+def _opposite() -> InputError:
+    return InputError(
+        "the response has the opposite sign of the arm's",
+        where="fit.measured",
+        remedy="turn the sign of the input or of the output",
+    )
 
 
 def _on_response(problem: RigProblem, data: ResponseData, start: Array) -> Solution:
@@ -162,11 +189,11 @@ def _result(
     covariance[lost, :] = covariance[:, lost] = np.nan
     spread = np.sqrt(np.diag(covariance))
     spread[lost] = np.inf
-    values = problem.values(x)
+    values, limits = problem.values(x), problem.at_bounds(x)
     estimates = tuple(
         Estimate(
             each.name, each.unit, each.start, float(values[j]), float(spread[j]),
-            bool(not each.positive and x[j] == 0),
+            bool(limits[j]),
         )
         for j, each in enumerate(problem.free)
     )  # fmt: skip
@@ -186,6 +213,7 @@ def _result(
         solution.spare,
         _roots(problem, data, response, x, inner),
         log,
+        solution.explained,
         (),
     )
     return replace(fit, remarks=tuple(_remarks(fit, data, solution)))
@@ -240,6 +268,16 @@ def _remarks(fit: RigFit, data: ResponseData, solution: Solution) -> list[str]:
             f"a gain of {fit.gain:.3g} is nearly that of degrees: is {fit.response.sensor} in "
             f"degrees? Then call it {fit.response.sensor}_deg"
         )
+    if fit.explained < _HALF:
+        told.append(
+            f"only {fit.explained:.0%} of what the output moves by is this arm's doing: look at "
+            "the response beside the fitted one before anything of it is believed"
+        )
+    told += [
+        f"{each.name} is at the limit of what is looked for: the fit is doubtful"
+        for each in fit.estimates
+        if each.at_limit and each.value
+    ]
     if fit.log is None and data.scatter_known and fit.scatter > _NOT_CLOSE:
         told.append(
             f"the residuals are {fit.scatter:.2g} times what the coherence allows: the model, or "

@@ -231,6 +231,15 @@ class RecordData:
         return 2 * float(np.sum(np.log(smooth(np.abs(self.state_part(rig).left) ** 2))))
 
     @property
+    def latest(self) -> float:
+        """The longest dead time that can be told, in s."""
+        return (self.late - 1) * self.channel.sample_time
+
+    def explained(self, remainder: Remainder) -> float:
+        """Return how much of the output's movement the rig makes, at most 1."""
+        return 1 - float(np.linalg.norm(remainder.left) / np.linalg.norm(self.Y))
+
+    @property
     def noise(self) -> float:
         """Deviation of the noise, in the median of its spectrum."""
         return float(np.sqrt(np.median(1 / self.weight**2)))

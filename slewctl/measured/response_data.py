@@ -14,8 +14,9 @@ from slewctl.plant.statespace import Actuator
 # Of a response from a log, to start from: as many points, and those that show anything.
 _MOST_POINTS = 150
 _LEAST_COHERENCE = 0.05
-# So many in a row with such a coherence are no accident of a few averages.
-_IN_A_ROW, _COHERENT = 5, 0.3
+# So many in a row with such a coherence are no accident of a few averages, and one of twenty
+# that is more than noise gives them.
+_IN_A_ROW, _COHERENT, _BY_CHANCE = 5, 0.3, 0.05
 # Deviations that are smaller are smaller than what the model leaves out.
 _LEAST_DEVIATION = 1e-4
 
@@ -85,19 +86,42 @@ def rig_response(rig: Rig, channel: Channel, modes: Modes, omega: Array) -> Comp
 
 
 def thinned(response: Response) -> Response:
-    """Return the points of a response that show anything, and not too many."""
-    good = np.asarray(response.coherence) > _LEAST_COHERENCE
+    """Return the points of a response that show anything, and not too many.
+
+    What is above the last frequency at which the arm is seen would, by its number alone, leave
+    none of the others.
+    """
+    coherence = np.asarray(response.coherence)
+    good = coherence > max(_LEAST_COHERENCE, _chance(response))
+    good &= response.frequencies_hz <= highest_seen(response)
+    if np.count_nonzero(good) < 2:
+        good = coherence > _LEAST_COHERENCE
     index = np.flatnonzero(good) if np.count_nonzero(good) > 1 else np.arange(len(good))
     return response.at_points(index[:: -(-len(index) // _MOST_POINTS)])
 
 
 def highest_seen(response: Response) -> float:
     """Return the frequency in Hz up to which a response shows the arm, by its coherence."""
-    seen = (np.asarray(response.coherence) > _COHERENT).astype(float)
+    least = max(_COHERENT, _chance(response))
+    seen = (np.asarray(response.coherence) > least).astype(float)
     width = min(_IN_A_ROW, len(seen))
     rows = np.flatnonzero(np.convolve(seen, np.ones(width), "valid") > width - 0.5)
     last = int(rows[-1]) + width - 1 if len(rows) else len(seen) - 1
     return float(response.frequencies_hz[last])
+
+
+def _chance(response: Response) -> float:
+    """Return the coherence that noise alone gives at one point in twenty (Bendat and Piersol).
+
+    The number of averages is that which makes the deviations of the coherence.
+    """
+    coherence, deviation = np.asarray(response.coherence), response.known_deviation
+    with np.errstate(divide="ignore", invalid="ignore"):
+        averages = 1 + (1 / coherence - 1) / (2 * deviation**2)
+    known = averages[np.isfinite(averages)]
+    if not len(known):
+        return 0.0
+    return float(1 - _BY_CHANCE ** (1 / max(float(np.median(known)) - 1, 1.0)))
 
 
 def _weighted_median(values: Array, weights: Array) -> float:

@@ -73,6 +73,9 @@ class RigFit(Described):
         Poles and zeros that the response shows by its coherence, beside the measured ones.
     log : Log or None
         What was fitted, if it was a log.
+    explained : float
+        How much of a log's movement the rig makes, with the state at its beginning free: one
+        less the deviation of what is left over that of the output; NaN of a response.
     remarks : tuple of str
     """
 
@@ -90,6 +93,7 @@ class RigFit(Described):
     degrees_of_freedom: int
     roots: tuple[Root, ...]
     log: Log | None
+    explained: float
     remarks: tuple[str, ...]
 
     def __post_init__(self) -> None:
@@ -208,6 +212,8 @@ class RigFit(Described):
             f"{self.response.sensor}, {len(self.response.values)} points to "
             f"{self.response.frequencies_hz[-1]:.4g} Hz"
         ]
+        if self.log:
+            lines.append(f"  it makes {self.explained:.1%} of what the output moves by")
         lines += [f"  {self._told(estimate)}" for estimate in self.estimates]
         for group in self.undetermined:
             what = "has no effect on this measurement" if len(group) == 1 else (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -77,6 +78,8 @@ class Parameter:
         a straight line.  What the arm has none of is bounded by zero instead.
     shape : bool
         Whether it moves poles and zeros and not only their damping, and so needs other starts.
+    most : float
+        The largest value that it can have.
     """
 
     name: str
@@ -86,6 +89,7 @@ class Parameter:
     write: Callable[[Rig, float], Rig]
     positive: bool
     shape: bool = False
+    most: float = math.inf
 
     @property
     def of_arm(self) -> bool:
@@ -148,6 +152,7 @@ def _parameter(arm: Arm, name: object, tick: float, late: float) -> Parameter:
             1.0,
             lambda rig, v: replace(rig, arm=vary(rig.arm, damping_factor=min(v, most))),
             True,
+            most=most,
         )
     if name == FRICTION:
         omega = float(truth(arm, 1).omega[0])
@@ -185,7 +190,7 @@ def _ratio(arm: Arm, mode: int) -> Parameter:
         return replace(rig, arm=replace(rig.arm, damping_ratio=(*ratios.tolist(), *rest)))
 
     start = float(arm.damping_ratios(mode)[-1]) or _SOME_DAMPING
-    return Parameter(f"damping.{mode}", "1", start, 0.01, write, True)
+    return Parameter(f"damping.{mode}", "1", start, 0.01, write, True, most=_MOST_RATIO)
 
 
 def starting_coordinate(parameter: Parameter, log: Callable[[float], float]) -> float:

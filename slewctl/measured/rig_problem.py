@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -14,8 +14,9 @@ from slewctl.measured.rig_parameters import DELAY, GAIN, Parameter, Rig, startin
 
 # Of the differences, in coordinates whose typical size is one.
 _STEP = 1e-5
-# Factors between 1e-6 and 1e6.
-_LARGEST_LOG = 14.0
+# Factors between 1e-6 and 1e6 of what it starts with, of the gain, whose unit may be anything,
+# more; so near to a bound is on it.
+_LARGEST_LOG, _LARGEST_GAIN, _AT_BOUND = 14.0, 70.0, 1e-4
 _DECADE = float(np.log(10))
 # Starts are spread over so much to either side, as a logarithm; dead times by halves of a tick to
 # so many, and up to so many more widely.
@@ -72,8 +73,24 @@ class RigProblem:
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Least and largest coordinates."""
-        log = self.logarithmic
-        return np.where(log, -_LARGEST_LOG, 0.0), np.where(log, _LARGEST_LOG, np.inf)
+        log, own = self.logarithmic, self.start()
+        far = np.array([_LARGEST_GAIN if e.name == GAIN else _LARGEST_LOG for e in self.free])
+        most = np.array([each.most for each in self.free])
+        scales = np.array([each.scale for each in self.free])
+        with np.errstate(divide="ignore"):
+            upper = np.where(log, np.minimum(own + far, np.log(most)), most / scales)
+        return np.where(log, own - far, 0.0), upper
+
+    def at_bounds(self, coordinates: Array) -> BoolArray:
+        """Return which properties are held at the least or the largest that they can be."""
+        lower, upper = self.bounds
+        least = np.where(self.logarithmic, coordinates < lower + _AT_BOUND, coordinates == 0)
+        return np.asarray(least | (coordinates > upper - _AT_BOUND))
+
+    def no_later_than(self, delay: float) -> RigProblem:
+        """Return the problem with a dead time of at most so many s."""
+        free = [replace(each, most=delay) if each.name == DELAY else each for each in self.free]
+        return replace(self, free=free)
 
     def differences(
         self, of: Callable[[Rig], Array], coordinates: Array, here: Array | None = None
@@ -122,7 +139,7 @@ class RigProblem:
             Relative fall of the sum of squares that ends it.
         """
         lower, upper = self.bounds
-        inside = np.clip(start, lower + 1e-9, upper)
+        inside = np.clip(start, lower + 1e-9, upper - 1e-9)
         pull = np.where(self.logarithmic, held / _DECADE, 0.0)
         own = self.start()
 

@@ -31,7 +31,8 @@ def read_columns(file: str | PathLike[str]) -> dict[str, ComplexArray]:
     file : path
         ``.csv`` (also ``.txt``, ``.tsv``, ``.dat``) with a line of names, its cells apart by
         commas, semicolons (decimal commas allowed), tabs or spaces, lines with ``#`` left
-        out; or ``.mat``, ``.npz``, ``.json`` with one array a name.
+        out, unless the last of them before the numbers holds the names; columns without names
+        are called 1, 2 and so on; or ``.mat``, ``.npz``, ``.json`` with one array a name.
 
     Returns
     -------
@@ -107,11 +108,8 @@ def _from_text(path: Path) -> dict[str, ComplexArray]:
         raise InputError(
             "there is no such file", where=str(path), remedy="check the path"
         ) from error
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    filled = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
+    lines = [(k, line) for k, line in filled if not line.lstrip().startswith("#")]
     if len(lines) < 2:
         raise InputError(
             "it holds no columns of numbers",
@@ -120,14 +118,28 @@ def _from_text(path: Path) -> dict[str, ComplexArray]:
         )
     delimiter = next((mark for mark in _DELIMITERS if mark in lines[0][1]), None)
     names = [name.strip() for name in _cells(lines[0][1], delimiter)]
-    if any(_number(name, delimiter) is not None for name in names):
+    if all(_number(name, delimiter) is not None for name in names):
+        before = [line for k, line in filled if k < lines[0][0]]
+        names = _names_above(before, len(names), delimiter)
+    elif any(name and _number(name, delimiter) is not None for name in names):
         raise InputError(
-            f"its first line holds numbers: {shown(lines[0][1])}",
+            f"its first line holds names and numbers: {shown(lines[0][1])}",
             where=f"{path}:{lines[0][0]}",
             remedy="begin with a line of names",
         )
-    rows = [_row(line, names, delimiter, f"{path}:{number}") for number, line in lines[1:]]
+    else:
+        lines = lines[1:]
+    rows = [_row(line, names, delimiter, f"{path}:{number}") for number, line in lines]
     return dict(zip(names, np.array(rows, dtype=complex).T, strict=True))
+
+
+def _names_above(comments: list[str], count: int, delimiter: str | None) -> list[str]:
+    """Return the names in the last line before the numbers, behind a ``#``, or 1, 2, …"""
+    told = comments[-1].lstrip().lstrip("#") if comments else ""
+    names = [name.strip() for name in _cells(told, delimiter)] if told.strip() else []
+    if len(names) == count and all(_number(name, delimiter) is None for name in names):
+        return names
+    return [str(k + 1) for k in range(count)]
 
 
 def _cells(line: str, delimiter: str | None) -> list[str]:

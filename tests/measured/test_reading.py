@@ -57,6 +57,23 @@ def test_every_form_and_unit_of_a_log_says_the_same(tmp_path: Path, suffix: str)
     assert any("enc: theta in encoder counts" in remark for remark in log.remarks)
 
 
+def test_names_behind_a_mark_and_columns_without_names(tmp_path: Path) -> None:
+    rows = "\n".join(f"{t!r}\t{u!r}\t{y!r}" for t, u, y in np.column_stack([TIME, U, Y]).tolist())
+    marked, bare = tmp_path / "marked.txt", tmp_path / "bare.txt"
+    marked.write_text(f"# a rig\n#t\tdrive\tenc\n{rows}\n", encoding="utf-8")
+    bare.write_text(f"# a rig, three signals\n{rows}\n", encoding="utf-8")
+    one = sc.read_log(marked, {"time_s": "t", "torque": "drive", "theta": "enc"})
+    two = sc.read_log(bare, {"time_s": "1", "torque": "2", "theta": "3"})
+    for log in (one, two):
+        np.testing.assert_array_equal(log.input, U)
+        np.testing.assert_array_equal(log.output, Y)
+    with pytest.raises(sc.InputError, match="no column 'drive': it holds 1, 2, 3"):
+        sc.read_log(bare, {"time_s": "1", "torque": "drive", "theta": "3"})
+    bare.write_text("t, 2.0, x\n1, 2, 3\n", encoding="utf-8")
+    with pytest.raises(sc.InputError, match=r"bare\.txt:1: its first line holds names and numbers"):
+        sc.read_log(bare, {"time_s": "t"})
+
+
 def test_decimal_commas_and_semicolons(tmp_path: Path) -> None:
     text = csv(tmp_path / "a.csv", {"time_s": TIME, "torque": U, "theta": Y}, ";").read_text()
     (tmp_path / "a.csv").write_text(text.replace(".", ","), encoding="utf-8")

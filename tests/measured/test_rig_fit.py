@@ -21,7 +21,7 @@ from slewctl.measured.dry_friction import Rubbing, mean_sign
 from slewctl.measured.ellipsoid import ellipsoid_ends
 from slewctl.measured.record_data import RecordData, smooth
 from slewctl.measured.record_descent import descend_record, without_state
-from slewctl.measured.response_data import ResponseData, rig_response
+from slewctl.measured.response_data import ResponseData, highest_seen, rig_response, thinned
 from slewctl.measured.rig_fit_result import _KEYS
 from slewctl.measured.rig_model import Channel, Modes, equations, modes_for
 from slewctl.measured.rig_parameters import NAMES, Rig, parameters, with_dead_time
@@ -352,3 +352,75 @@ def test_dead_times_and_lags_are_the_arms_own(tmp_path: Path) -> None:
     assert known.gain == pytest.approx(0.85, rel=1e-5)
     sooner = with_dead_time(late, "theta", 0.001)
     assert (sooner.drive.delay, sooner.sensor("theta").delay) == (0.0, 0.001)
+
+
+@pytest.mark.slow
+def test_a_short_sweep_in_closed_loop_begins_from_the_arm_itself() -> None:
+    """Segments of half a second do not resolve the first mode: their response leads astray."""
+    step = 0.002
+    true = sc.Arm(
+        sc.Beam(0.45, 0.118, 0.1305), sc.Hub(0.00217, friction=0.08), damping_ratio=(0.025, 0.033)
+    )
+    t = step * np.arange(2000)
+    log = sc.simulated_log(
+        true, 0.35 * np.sin(2.5 * np.pi * t**2), step, gain=0.6, delay=0.0026,
+        counts_per_turn=1024, noise=0.002, feedback=([3.039, -2.961], [1.02, -0.98]), seed=1,
+    )  # fmt: skip
+    guessed = sc.Arm(sc.Beam(0.45, 0.118, 0.09), sc.Hub(0.001, friction=0.02), damping_ratio=0.01)
+    found = sc.fit(guessed, log, [*FREE[:4], "damping.2", *FREE[4:]])
+    assert found["beam.stiffness"].value == pytest.approx(1.45, rel=0.01)
+    assert found["hub.inertia"].value == pytest.approx(0.00217, rel=0.02)
+    assert found["delay"].value == pytest.approx(0.0026, abs=0.1 * step)
+    assert found.explained > 0.95
+    assert f"it makes {found.explained:.1%} of what the output moves by" in str(found)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6, 1e9])
+def test_a_rig_of_any_size_is_found_where_the_search_begins(size: float) -> None:
+    """All masses, stiffnesses, frictions and torques times one factor: the same motion."""
+    hub = sc.Hub(3e-3 * size, friction=2e-3 * size)
+    true = sc.Arm(sc.Beam(0.4, 0.1 * size, 0.5 * size), hub, damping_ratio=0.01)
+    u = sc.prbs(1500, amplitude=0.05 * size, hold=2, seed=1)
+    log = sc.simulated_log(true, u, T, counts_per_turn=4096)
+    found = sc.fit(sc.vary(true, hub_inertia=2.4e-3 * size), log, ["hub.inertia"])
+    low, high = found.interval("hub.inertia")
+    assert 0.99 * low < 3e-3 * size < 1.01 * high
+    assert not found["hub.inertia"].at_limit
+
+
+def test_what_is_at_a_limit_says_so() -> None:
+    free = parameters(NOMINAL, FREE, Channel("torque", "theta", T), 20.0)
+    problem = RigProblem(Rig(NOMINAL), free).no_later_than(0.3)
+    lower, upper = problem.bounds
+    inside = np.array([name == "never" for name in FREE])
+    np.testing.assert_array_equal(problem.at_bounds(problem.start()), inside)
+    largest = problem.values(upper)
+    assert largest[FREE.index("damping.1")] == pytest.approx(0.999)
+    assert largest[FREE.index("delay")] == pytest.approx(0.3)
+    assert largest[FREE.index("hub.inertia")] > 1e5 * NOMINAL.hub.inertia
+    assert largest[FREE.index("gain")] > 1e20
+    assert problem.at_bounds(upper).all()
+    assert problem.at_bounds(lower).all()
+
+
+def test_an_arm_that_does_not_move_like_the_log_is_doubted() -> None:
+    soft = sc.vary(NOMINAL, stiffness_factor=0.05, hub_inertia=0.2)
+    log = record(samples=1500, sensor="tip_deflection")
+    found = sc.fit(soft, log, ["gain"])
+    assert found.explained < 0.5
+    assert any("this arm's doing" in remark for remark in found.remarks)
+    right = sc.fit(TRUE, log, ["gain", "delay"])
+    assert right.explained > 0.9
+    assert not any("this arm's doing" in remark for remark in right.remarks)
+
+
+def test_points_that_noise_makes_are_not_where_a_search_begins() -> None:
+    """A sweep to 6 Hz at 200 Hz: nothing above it is seen, however many points there are."""
+    t = 0.005 * np.arange(4000)
+    sweep = 0.2 * np.sin(2 * np.pi * 6 / 40 * t**2)
+    log = sc.simulated_log(TRUE, sweep, 0.005, noise=1e-4, seed=2)
+    response = sc.estimate_response(log)
+    assert highest_seen(response) < 9.0
+    kept = thinned(response)
+    assert kept.frequencies_hz[-1] < 9.0
+    assert len(kept.frequencies_hz) > 10
