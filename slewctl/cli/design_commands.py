@@ -41,15 +41,17 @@ def explain_command(design: Path) -> None:
 @click.command("export")
 @click.argument("design", type=click.Path(path_type=Path))
 @click.option("--format", "form", default="c", show_default=True,
-              type=click.Choice(["c", "mat", "npz", "json"]), help="Code, or data.")  # fmt: skip
+              type=click.Choice(["c", "fmu", "mat", "npz", "json"]),
+              help="Code, a unit for co-simulation, or data.")  # fmt: skip
 @OUT_FOLDER
 @click.pass_context
 def export_command(context: click.Context, design: Path, form: str, out: Path) -> None:
     """Write the controller of DESIGN (a TOML file) for what runs it: as C code, or as data.
 
     The code needs no library: a header, a source, a test program with what it must give, and an
-    Arduino sketch. Its numbers and raw units are those of the file's [export] table. The
-    controller must hold its loop on the truth; the exit status is 1 where its own checks fail.
+    Arduino sketch; an FMU (FMI 2.0, co-simulation) holds the same, compiled. Numbers and raw
+    units are those of the file's [export] table. The controller must hold its loop on the
+    truth; the exit status is 1 where its own checks fail.
     """
     from slewctl.cli.exporting import export_design
 

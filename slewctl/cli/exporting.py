@@ -6,7 +6,7 @@ from pathlib import Path
 
 from slewctl.cli.terminal import OUT
 from slewctl.compare import Judge, unit_notes
-from slewctl.embedded import controller_data, program_files, provenance
+from slewctl.embedded import controller_data, fmu_bytes, program_files, provenance
 from slewctl.embedded.program import identifier
 from slewctl.export.formats import data_bytes
 from slewctl.files import read_design
@@ -15,8 +15,6 @@ from slewctl.gate.fingerprint import digest
 from slewctl.loop import UnstableLoopError
 from slewctl.report.export import write_files
 from slewctl.versions import installed
-
-FORMATS = ("c", "mat", "npz", "json")
 
 
 def export_design(design: Path, form: str, out: Path) -> int:
@@ -32,9 +30,13 @@ def export_design(design: Path, form: str, out: Path) -> int:
                 remedy=f"see what to change by slewctl explain {design}",
             )
         notes = provenance(judgement, case.name, digest(file.text), installed())
-        if form == "c":
+        if form in ("c", "fmu"):
             program = design_program(judgement, file.export, case.name, notes)
-            files: dict[str, str | bytes] = dict(program_files(program))
+            files: dict[str, str | bytes] = (
+                dict(program_files(program))
+                if form == "c"
+                else {f"{program.name}.fmu": fmu_bytes(program)}
+            )
             said = program.notes[len(notes) :]
         else:
             name = f"{identifier(case.name)}.{form}"

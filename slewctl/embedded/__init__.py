@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from slewctl.embedded.compiled import Compiled, compile_program, find_compiler
     from slewctl.embedded.data import controller_data
     from slewctl.embedded.files import program_files
+    from slewctl.embedded.fmu import fmu_bytes
     from slewctl.embedded.options import CodeOptions
     from slewctl.embedded.origin import provenance
     from slewctl.embedded.program import Program, program_of
@@ -22,6 +23,7 @@ __all__ = [
     "compile_program",
     "controller_data",
     "find_compiler",
+    "fmu_bytes",
     "program_files",
     "program_of",
     "provenance",
