@@ -58,7 +58,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "gate": {"arm", "plant", "design", "loop", "compare", "check", "embedded", "files"},
     "testing": {"plant", "design", "loop", "compare", "check", "files", "gate"},
-    "report": {"animation", "measured", "loop", "compare", "paper"},
+    "report": {"animation", "arm", "measured", "loop", "compare", "paper"},
 }
 # The only rooms that may import these.
 KEEPERS = {"matplotlib": {"report"}, "cvxpy": {"design", "paper"}, "pydantic": {"files"},

@@ -76,7 +76,7 @@ def _pane(scene: Scene, k: int) -> str:
     hub = max(one.x[0] * scene.scale, 3.0)
     name = quoted(scene.names[k])
     return (
-        f'<svg class="o{k}" viewBox="0 0 {PANE:g} {scene.height:.1f}" role="img" '
+        f'<svg class="arm{k}" viewBox="0 0 {PANE:g} {scene.height:.1f}" role="img" '
         f'aria-label="{name}: the arm at {POSES} times">'
         f'<g class="poses"><path class="trace" d="{trace}"/>{beams}</g>'
         '<g class="moving"><path class="rigid"/><path class="trace"/><path class="beam"/>'
@@ -107,7 +107,7 @@ def _row(scene: Scene, name: str, place: int) -> str:
     for k, (t, values) in enumerate(curves):
         x = _LEFT + t / scene.end * (_ACROSS - _LEFT - _RIGHT)
         line = _path(np.stack([x, y(values)], axis=1)) if len(t) else ""
-        paths += f'<path class="curve o{k}" d="{line}"/>'
+        paths += f'<path class="curve arm{k}" d="{line}"/>'
     zero = float(y(np.zeros(1))[0])
     span = f"{_short(low)} to {_short(high)}"
     return (

@@ -163,10 +163,10 @@ def _compared(
         from slewctl.report.printed import design_files  # loads matplotlib
 
         files = design_files(place, result, style)
-    return result, section(place, result, map(_told, found)), files
+    return result, section(place, result, map(told_finding, found)), files
 
 
-def _told(finding: Finding) -> dict[str, object]:
+def told_finding(finding: Finding) -> dict[str, object]:
     """Return a finding in words, as the page shows it."""
     verdict = finding.verdict
     return {

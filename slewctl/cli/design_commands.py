@@ -103,6 +103,44 @@ def shape_command(design: Path, modes: int | None, error: float, out: Path | Non
     shape_design(design, modes, error, out)
 
 
+@click.command("report")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option(
+    "--sheet", metavar="ARM", help="The data sheet's arm: a TOML file or a catalogue name."
+)
+@click.option("--log", type=click.Path(path_type=Path), metavar="FILE",
+              help="A log of the rig, to which that arm is fitted.")  # fmt: skip
+@click.option("--free", default="", metavar="NAMES", help="What of it is fitted, as in identify.")
+@click.option("--column", "columns", multiple=True, metavar="NAME=COLUMN",
+              help="A column of the log by another name; repeatable.")  # fmt: skip
+@click.option("--sample-time", type=float, metavar="S", help="Of the log, where it has no times.")
+@click.option("--counts", type=float, metavar="N", help="Counts per turn of the log's encoder.")
+@OUT_FOLDER
+@click.pass_context
+def report_command(
+    context: click.Context,
+    design: Path,
+    sheet: str | None,
+    log: Path | None,
+    free: str,
+    columns: tuple[str, ...],
+    sample_time: float | None,
+    counts: float | None,
+    out: Path,
+) -> None:
+    """Write the whole way of DESIGN (a TOML file) on one page, from data sheet to code.
+
+    Arm, fit, design, verdict, slew and code. DIR gets the page, the C code, the signals of the
+    slew and the fitted arm. With a data sheet and a log of the rig the page shows what the fit
+    made of it, and whether the design's arm is the fitted one. The exit status is 1 where a
+    requirement fails.
+    """
+    from slewctl.cli.reporting import Logged, report_design
+
+    logged = Logged(log, free, columns, sample_time, counts)
+    context.exit(report_design(design, sheet, logged, out))
+
+
 @click.command("worst")
 @click.argument("design", type=click.Path(path_type=Path))
 @click.option("--box", multiple=True, metavar="NAME=LOW:HIGH",
@@ -144,6 +182,7 @@ DESIGN_COMMANDS = (
     design_command,
     explain_command,
     export_command,
+    report_command,
     simulate_command,
     shape_command,
     worst_command,

@@ -62,7 +62,7 @@ def identify(
             measured = read_named_log(file, columns, sample_time, counts)
         law = given(file=controller) if controller else None
         step("fitting")
-        found = _fitted(start, arm, measured, names)
+        found = fitted_arm(start, arm, measured, names)
         met = _met(found, law) if law else None
         step("drawing")
         page = write_identification(found, out, met)
@@ -98,7 +98,7 @@ def _columns_as_options() -> Iterator[None]:
         raise InputError(error.what, where=error.where, remedy=remedy) from error
 
 
-def _fitted(start: Arm, arm: str, measured: Log | Response, names: Sequence[str]) -> RigFit:
+def fitted_arm(start: Arm, arm: str, measured: Log | Response, names: Sequence[str]) -> RigFit:
     """Return the fit; what is wrong with the arm names its file, what is asked for does not."""
     with computing_arm(arm):
         try:
