@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -247,10 +247,15 @@ class Controller(DigitalSteps, WithSystem):
         InputError
             For another ending, or a file that cannot be written.
         """
-        stored = to_data(
-            self.linear, self.method, self.delay, self.reference, self.state_scale, self.entry
-        )
-        write_data(Path(path), stored)
+        write_data(Path(path), self.data)
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """What `save` writes, by name."""
+        return to_data(
+            self.linear, self.method, self.delay, self.reference, self.state_scale, self.entry,
+            self.arithmetic,
+        )  # fmt: skip
 
 
 def finished(

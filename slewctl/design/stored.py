@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.design.digital.arithmetic import Arithmetic
 from slewctl.design.reference import Reference
 from slewctl.errors import InputError
 from slewctl.numerics.linear_system import LinearSystem
@@ -22,7 +24,8 @@ def to_data(
     delay: float,
     reference: Reference | None,
     state_scale: Array,
-    entry: Array | None = None,
+    entry: Array | None,
+    arithmetic: Arithmetic | None,
 ) -> dict[str, Any]:
     """Return a controller as what `slewctl.given` takes, and what else makes it the same again."""
     data: dict[str, Any] = {
@@ -41,7 +44,39 @@ def to_data(
         data |= {"reference_B": reference.B, "reference_D": reference.D}
     if entry is not None:
         data["entry"] = entry
+    if arithmetic is not None:
+        told = asdict(arithmetic)
+        data |= {f"arithmetic_{name}": np.array(v, dtype=int) if isinstance(v, tuple) else v
+                 for name, v in told.items()}  # fmt: skip
     return data
+
+
+def arithmetic_of(data: Mapping[str, Any], system: LinearSystem) -> Arithmetic | None:
+    """Return the numbers that a controller is rounded to which slewctl wrote."""
+    if "arithmetic_kind" not in data:
+        return None
+    kind = str(np.ravel(data["arithmetic_kind"])[0])
+    if kind == "float":
+        return Arithmetic("float")
+    try:
+        told = {
+            name: [int(bits) for bits in np.ravel(data[f"arithmetic_{name}"])]
+            for name in ("word", "readings", "states", "command", "angle", "shifts")
+        }
+        lengths = [len(told[name]) for name in told]
+        expected = [1, system.ninputs, system.nstates, 1, 1, system.nstates + 1]
+        if kind != "fixed" or lengths != expected:
+            raise ValueError
+    except (KeyError, ValueError, TypeError, OverflowError):
+        raise InputError(
+            "the word formats are not those of such a controller",
+            where="file: arithmetic",
+            remedy="write the file again with Controller.save",
+        ) from None
+    return Arithmetic(
+        "fixed", told["word"][0], tuple(told["readings"]), tuple(told["states"]),
+        told["command"][0], told["angle"][0], tuple(told["shifts"]),
+    )  # fmt: skip
 
 
 def entry_of(data: Mapping[str, Any], states: int) -> Array | None:

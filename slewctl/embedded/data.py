@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from slewctl.compare import Judgement
-from slewctl.design.stored import to_data
 from slewctl.embedded.program import UNITS
 from slewctl.plant.signals import signal
 
@@ -36,15 +35,11 @@ def controller_data(judgement: Judgement, notes: tuple[str, ...]) -> dict[str, A
     (['rad'], 'N*m', 0.0)
     """
     controller = judgement.controller
-    system = controller.linear
-    stored = to_data(
-        system, controller.method, controller.delay, controller.reference, controller.state_scale
-    )
     units = [signal(name).unit.replace("·", "*").replace("²", "^2") for name in controller.sensors]
     return {
-        **stored,
+        **controller.data,
         "input_units": units,
-        "output_unit": UNITS[system.output_labels[0]],
+        "output_unit": UNITS[controller.linear.output_labels[0]],
         "sign": _SIGN,
         "notes": list(notes),
     }

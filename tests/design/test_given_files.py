@@ -14,7 +14,7 @@ from scipy.io import savemat
 
 import slewctl as sc
 from slewctl.errors import InputError
-from slewctl.export import SUFFIXES
+from slewctl.export import SUFFIXES, write_data
 
 FORMATS = pytest.mark.parametrize("suffix", SUFFIXES)
 
@@ -42,6 +42,7 @@ def assert_same(one: sc.Controller, other: sc.Controller) -> None:
     assert np.array_equal(one.state_scale, other.state_scale)
     assert (one.entry is None) == (other.entry is None)
     assert one.entry is None or np.array_equal(one.entry, other.entry)
+    assert one.arithmetic == other.arithmetic
     assert (one.reference is None) == (other.reference is None)
     if one.reference is not None and other.reference is not None:
         assert np.array_equal(one.reference.B, other.reference.B)
@@ -74,6 +75,24 @@ def test_a_designed_controller_comes_back_with_its_reference(tmp_path: Path, suf
     written = file.read_bytes()
     again.save(file)
     assert file.read_bytes() == written
+
+
+@FORMATS
+def test_a_rounded_controller_comes_back_with_its_numbers(tmp_path: Path, suffix: str) -> None:
+    arm = sc.Arm(sc.arms.paper_beam().beam, hub=sc.Hub(inertia=0.2), damping_ratio=0.005)
+    problem = sc.Problem(arm, limits={"tip": 0.03, "torque": 1.0},
+                         noise={"torque": 0.1, "theta": 0.01, "theta_dot": 0.1})  # fmt: skip
+    K = sc.lqg(problem.plant("clamped-free", n=1), sample_time=0.01)
+    for rounded in (K.in_float32(), K.in_fixed_point(16, None, problem.loop_signals(K))):
+        file = tmp_path / f"k{suffix}"
+        rounded.save(file)
+        again = sc.given(file=file)
+        assert_same(rounded, again)
+        assert str(again.arithmetic) == str(rounded.arithmetic) != "None"
+    data = {**rounded.data, "arithmetic_states": [1]}
+    write_data(file, data)
+    with pytest.raises(sc.InputError, match=r"file: arithmetic: the word formats are not those"):
+        sc.given(file=file)
 
 
 @pytest.mark.parametrize("suffix", [".json", ".npz", ".mat"])

@@ -19,7 +19,7 @@ from slewctl.design.own.read_file import texts, told_by_file
 from slewctl.design.own.sections import read_sections
 from slewctl.design.reference import Reference
 from slewctl.design.result import Certificate, Controller
-from slewctl.design.stored import entry_of, reference_of
+from slewctl.design.stored import arithmetic_of, entry_of, reference_of
 from slewctl.errors import (
     Faults,
     InputError,
@@ -177,6 +177,7 @@ def read_options(options: Mapping[str, Any], actuator: str | None = TORQUE) -> C
         reference=reference,
         state_scale=scale,
         entry=entry_of(stored, run.nstates),
+        arithmetic=arithmetic_of(stored, run),
         continuous=None
         if law.continuous is None
         else Controller(law.continuous, "given", {}, math.nan, Certificate(())),
