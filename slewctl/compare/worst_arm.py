@@ -169,7 +169,7 @@ class WorstCase(Tabular):
 
 @single_threaded
 def worst_case(
-    design: Case | Loop,
+    design: Case | Judge | Loop,
     box: Mapping[str, Sequence[float]],
     *,
     quantity: str = "disk_margin",
@@ -183,9 +183,9 @@ def worst_case(
 
     Parameters
     ----------
-    design : Case or Loop
-        A case, whose controller is designed once for its own arm; or a loop of your own
-        controller on a model of its arm.
+    design : Case, Judge or Loop
+        A case, whose controller is designed once for its own arm; who judges one, with the
+        controller that it judges; or a loop of your own controller on a model of its arm.
     box : mapping of str to (float, float)
         Lowest and highest value of each uncertain property, by the names of `slewctl.vary`:
         for example ``{"payload_mass": (0.0, 0.2), "stiffness_factor": (0.9, 1.1)}``.
@@ -270,11 +270,12 @@ class _Subject:
     modes: int
 
     @staticmethod
-    def of(design: Case | Loop) -> _Subject:
+    def of(design: Case | Judge | Loop) -> _Subject:
         if isinstance(design, Case):
-            judge = Judge(design)
-            own, modes = judge.own[1], design.truth_modes
-            return _Subject(design.arm, design.objective, own, judge.slew, modes)
+            return _Subject.of(Judge(design))
+        if isinstance(design, Judge):
+            case, own = design.case, design.own[1]
+            return _Subject(case.arm, case.objective, own, design.slew, case.truth_modes)
         if isinstance(design, Loop):
             arm, modes = design.model.arm, max(design.model.n, DEFAULT_MODES)
             return _Subject(arm, design.objective, design.controller, DEFAULT_SLEW, modes)

@@ -287,7 +287,7 @@ def _judgements(
     yield from _on_named_arms(design, judging.evaluate(*judging.chosen).judgement)
     if design.uncertainty is not None:
         asked = design.uncertainty
-        found = worst_case(design.case, asked.box, **asked.asked, progress=working)
+        found = worst_case(judging, asked.box, **asked.asked, progress=working)
         notes.append(str(found))
         yield WORST, judging.vary(found.arm), design.requirements
 

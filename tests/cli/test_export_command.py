@@ -14,6 +14,10 @@ from command_line import slewctl as command
 from scipy.io import loadmat
 
 import slewctl as sc
+from slewctl.compare import Judge
+from slewctl.files import DesignFile, read_design
+from slewctl.gate import examine
+from slewctl.gate.compiled_design import judge_of_compiled
 
 COMPILER = pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler is installed")
 DESIGN = """\
@@ -96,6 +100,30 @@ def test_the_compiled_code_is_judged_like_the_design(tmp_path: Path, table: str)
     assert "compiled" in run.stdout
     assert len(values[0]) == 2
     assert values[1] == pytest.approx(values[0], rel=1e-3 if table else 1e-9)
+
+
+@COMPILER
+def test_the_worst_arm_of_a_box_is_the_compiled_codes(tmp_path: Path) -> None:
+    box = "[uncertainty]\nbox = { stiffness_factor = [0.8, 1.2] }\nsamples = 0\nsearches = 0\n"
+    words = '[export]\narithmetic = "fixed"\nword = 14\n'
+    file = read_design(design(tmp_path, DESIGN + box + words))
+    made, stepped = examine(file), examine(file, compiled=True)
+    told = []
+    for result in (made, stepped):
+        (worst,) = (note for note in result.notes if note.startswith("worst of"))
+        told.append((float(re.search(r"disk_margin ([\d.]+)", worst)[1]), worst))  # type: ignore[index]
+    (before, _), (after, said) = told
+    assert before != after
+    loop = sc.close(sc.truth(sc.vary(file.case.arm, stiffness_factor=float(
+        re.search(r"stiffness_factor = ([\d.]+)", said)[1])), 4),  # type: ignore[index]
+        file.case.objective, _compiled_controller(file))  # fmt: skip
+    assert after == pytest.approx(loop.margins.disk.value, rel=1e-3)
+
+
+def _compiled_controller(file: DesignFile) -> sc.Controller:
+    judging = Judge(file.case)
+    judge_of_compiled(judging, file.export, file.case.name)
+    return judging.own[1]
 
 
 def test_a_machine_without_a_compiler_says_so_in_one_line(
