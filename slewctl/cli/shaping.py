@@ -9,10 +9,11 @@ from pathlib import Path
 from rich.table import Table
 
 from slewctl.cli.options import options_named
-from slewctl.cli.terminal import OUT, show
+from slewctl.cli.terminal import OUT, progress, show
 from slewctl.compare import Judge
 from slewctl.files import read_design
 from slewctl.loop import Conditions, Shaping, compare_commands
+from slewctl.loop.motion.slew_inputs import SLEW_SHAPERS
 
 # Residuals that are rounding.
 _ROUNDING = 1e-9
@@ -27,7 +28,11 @@ def shape_design(design: Path, modes: int | None, error: float, out: Path | None
         plain = replace(slew, shaper=None, modes=None, conditions=Conditions())
         judging = Judge(replace(file.case, slew=plain))
         loop = judging.judge(judging.own[1]).loop
-        found = compare_commands(loop, plain, modes=modes or slew.modes, error=error)
+        # A shaper and a slew each, and the slew without one.
+        with progress(2 * len(SLEW_SHAPERS) + 1) as step:
+            found = compare_commands(
+                loop, plain, modes=modes or slew.modes, error=error, progress=step
+            )
     OUT.print(found.caption)
     show(_table(found.rows()))
     for name, why in found.left_out.items():

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from slewctl.check.words import number_text
 from slewctl.cli.options import options_named
-from slewctl.cli.terminal import OUT, next_step
+from slewctl.cli.terminal import OUT, next_step, progress
 from slewctl.compare import QUANTITIES, Judge, Judgement
 from slewctl.errors import InputError, check_choice
 from slewctl.files import DesignFile, read_design
@@ -62,8 +62,10 @@ def _simulated(
             )
         if variation is not None:
             check_choice(variation, arms, "variation")
-    with file.source.computing(), options_named({"step": "--step"}):
+    with file.source.computing(), options_named({"step": "--step"}), progress(2) as told:
+        told("designing")
         judged = _judged(file, variation)
+        told("simulating")
         found = simulate(judged.loop, judged.slew, step=step)
     title = f"{file.case.name} [{variation}]" if variation else file.case.name
     return title, judged, found

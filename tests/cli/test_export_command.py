@@ -189,3 +189,19 @@ def test_the_design_in_words_is_shipped_as_it_is_judged(tmp_path: Path) -> None:
         cwd=tmp_path, check=True,
     )  # fmt: skip
     assert subprocess.run([tmp_path / "run"], check=False).returncode == 0
+
+
+def test_the_lab_servos_code_is_its_designs(tmp_path: Path) -> None:
+    """What stands beside the design is what is exported of it, but for the last digits."""
+    rigs = Path(__file__).parents[2] / "designs" / "rigs"
+    run = command("export", rigs / "lab-servo.toml", "--out", tmp_path)
+    assert run.returncode == 0, run.stderr
+    kept = sorted((rigs / "lab-servo-code").iterdir())
+    assert [file.name for file in kept] == sorted(file.name for file in tmp_path.iterdir())
+    number = re.compile(r"-?\d+\.\d+(?:e[-+]?\d+)?")
+    for file in kept:
+        old, new = file.read_text("ascii"), (tmp_path / file.name).read_text("ascii")
+        # All but numbers is the same, the design's hash among it.
+        assert number.sub("#", old) == number.sub("#", new), file.name
+        values = [[float(text) for text in number.findall(each)] for each in (old, new)]
+        np.testing.assert_allclose(values[0], values[1], rtol=1e-6, atol=1e-9)

@@ -161,7 +161,12 @@ class Shaping(Tabular):
 
 
 def compare_commands(
-    loop: Loop, slew: Slew, *, modes: int | None = None, error: float = 0.1
+    loop: Loop,
+    slew: Slew,
+    *,
+    modes: int | None = None,
+    error: float = 0.1,
+    progress: Callable[[str], None] | None = None,
 ) -> Shaping:
     """Return shapers and profiles for a loop side by side, simulated on its model.
 
@@ -176,6 +181,8 @@ def compare_commands(
     error : float
         Relative error of the frequencies that the robust shaper is made for, and that the
         table tells of.
+    progress : callable, optional
+        Called with a short text before each shaper is made, and before its slew.
 
     Returns
     -------
@@ -210,13 +217,18 @@ def compare_commands(
         makers["sampled"] = partial(sampled_shaper, ringing, T, order=2)
     makers[ROBUST] = partial(robust_shaper, bands_of(ringing, error), sample_time=T)
     left_out = {}
+    said = progress or (lambda _: None)
     for name, make in makers.items():
+        said(f"shaper {name}")
         try:
             made.append((name, make()))
         except InputError as refusal:  # such as a mode that is damped enough by itself
             left_out[name] = refusal.what
-    commands = tuple(_command(loop, plain, name, one, ringing, error) for name, one in made)
-    return Shaping(plain, ringing, commands, _profiles(loop, plain), error, left_out)
+    commands = []
+    for name, one in made:
+        said(f"slew {name}")
+        commands.append(_command(loop, plain, name, one, ringing, error))
+    return Shaping(plain, ringing, tuple(commands), _profiles(loop, plain), error, left_out)
 
 
 def _command(
