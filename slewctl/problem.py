@@ -149,7 +149,7 @@ class Problem:
         ------
         InputError
             If the controller takes other sensors than are measured, or commands another
-            actuator.
+            actuator; for a sign that is none, or contradicts a `Controller`.
         """
         yardstick = self._yardstick
         loop = close(yardstick.model, self.objective, controller, sign=sign)

@@ -12,13 +12,12 @@ import numpy as np
 from slewctl.animation.gif import gif_bytes
 from slewctl.animation.movement import Movement
 from slewctl.animation.player import player
-from slewctl.animation.scene import Scene
+from slewctl.animation.scene import FACTORS, Scene
 from slewctl.errors import InputError, check_positive
 from slewctl.escape import quoted, visible
 from slewctl.textfile import write_bytes
 
-# Factors by which a deflection is magnified, and the largest that is drawn, of the reach.
-_FACTORS = tuple(m * 10.0**k for k in range(9) for m in (1, 2, 5))
+# The largest deflection that is drawn magnified, of the reach.
 _DRAWN = 0.12
 # Deflections are shown as they are from half of that.
 _PLAIN = 0.5
@@ -42,7 +41,8 @@ class Animation:
     Raises
     ------
     InputError
-        For a factor that is not positive.
+        For a factor that is not positive, or other than one or two movements that move in time
+        and are finite.
     """
 
     movements: Sequence[Movement]
@@ -52,6 +52,19 @@ class Animation:
     def __post_init__(self) -> None:
         if self.magnify is not None:
             check_positive(self.magnify, "magnify")
+        if not 1 <= len(self.movements) <= 2 or len(self.names) != len(self.movements):
+            raise InputError(
+                f"{len(self.movements)} movements with {len(self.names)} names",
+                where="movements",
+                remedy="give one, or two side by side, with a name each",
+            )
+        for one in self.movements:
+            if not one.t[-1] > 0 or not np.isfinite(one.bent).all():
+                raise InputError(
+                    "nothing moves in it, or not within the range of numbers",
+                    where="movements",
+                    remedy="simulate the slew anew",
+                )
 
     @property
     def magnified(self) -> float:
@@ -62,9 +75,7 @@ class Animation:
         reach = max(one.reach for one in self.movements)
         if not 0 < largest < _PLAIN * _DRAWN * reach:
             return 1.0
-        return max(
-            factor for factor in _FACTORS if factor == 1 or factor * largest < _DRAWN * reach
-        )
+        return max(factor for factor in FACTORS if factor == 1 or factor * largest < _DRAWN * reach)
 
     @property
     def caption(self) -> str:
@@ -107,13 +118,14 @@ class Animation:
             For another ending, or a file that cannot be written.
         """
         file = Path(path)
-        if file.suffix not in (".html", ".gif"):
+        ending = file.suffix.lower()
+        if ending not in (".html", ".gif"):
             raise InputError(
                 f"{file.suffix or 'no ending'} is no kind of animation",
                 where=str(file),
                 remedy="name a file that ends in .html or .gif",
             )
-        if file.suffix == ".gif":
+        if ending == ".gif":
             content = gif_bytes(self._scene, self.caption)
         else:
             title = quoted(" and ".join(self.names))

@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import math
 import textwrap
-from typing import TYPE_CHECKING, Any
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,7 +23,7 @@ _STEP, _MOST = 0.05, 160
 # Drawn so many times as large, then made smaller: lines without steps.
 _FINE = 2
 # Height of a line of words and of a row of curves in pixels, and letters in a pane's width.
-_LINE, _ROW, _LETTERS, _SIZE = 17, 58, 58, 12
+_LINE, _ROW, _LETTERS, _SIZE = 17, 58, 56, 11
 _SHADES = 5  # of each colour on the ground, where a line ends; more are taken for the ground
 _GROUND, _INK, _PALE, _TRACE = "#ffffff", "#1c2126", "#d4dadf", "#9db8c9"
 _ARMS = ("#0072b2", "#d55e00")
@@ -40,7 +42,7 @@ def gif_bytes(scene: Scene, caption: str) -> bytes:
     lasting = scene.end * scene.slowed
     step = max(_STEP, math.ceil(100 * lasting / _MOST) / 100)  # whole hundredths
     times = np.append(np.arange(0.0, lasting, step), lasting) / scene.slowed
-    font: Any = ImageFont.load_default(_SIZE)
+    font = ImageFont.truetype(str(_font_file()), _SIZE)
     arms = _Arms(scene, times)
     slow = f" Slowed {scene.slowed:g} times." if scene.slowed != 1 else ""
     words = textwrap.wrap(visible(caption) + slow, _LETTERS * len(scene.names))
@@ -70,6 +72,13 @@ def gif_bytes(scene: Scene, caption: str) -> bytes:
     return out.getvalue()
 
 
+def _font_file() -> Path:
+    """Return a font with the letters of most names, which matplotlib brings."""
+    found = find_spec("matplotlib")
+    place = Path(found.origin if found and found.origin else "")
+    return place.parent / "mpl-data" / "fonts" / "ttf" / "DejaVuSans.ttf"
+
+
 def _palette() -> list[int]:
     """Return the colours and their shades towards the ground, three numbers each."""
     ground = np.full(3, 255.0)
@@ -86,6 +95,10 @@ class _Arms:
     def __init__(self, scene: Scene, times: Array) -> None:
         moving = [one.at(times) for one in scene.movements]
         self._scene, self._times = scene, times
+        self._traces = [
+            (one.t, self._placed(k, one.points(scene.magnified)[:, -1]))
+            for k, one in enumerate(scene.movements)
+        ]
         self._beams = [self._placed(k, one.points(scene.magnified)) for k, one in enumerate(moving)]
         self._rigid = [self._placed(k, one.rigid()) for k, one in enumerate(moving)]
         self._axes = self._placed(0, np.zeros((1, 1, 2)))[0, 0]
@@ -98,7 +111,9 @@ class _Arms:
         """Draw all arms at one time, and mark it on the curves."""
         for pane, beams in enumerate(self._beams):
             _line(pen, self._rigid[pane][k], _PALE, 5)
-            _line(pen, beams[: k + 1, -1], _TRACE, 1)
+            t, trace = self._traces[pane]
+            passed = trace[: np.searchsorted(t, self._times[k], side="right")]
+            _line(pen, np.concatenate([passed, beams[k, -1:]]), _TRACE, 1)
             _line(pen, beams[k], _ARMS[pane], 3)
             x, y = self._axes[0] + _FINE * PANE * pane, self._axes[1]
             r = _FINE * self._hub[pane]

@@ -9,8 +9,10 @@ import numpy as np
 
 from slewctl._types import Array, IntArray
 
-# Pictures of a movement at most, and points along the beam.
-FRAMES, STATIONS = 361, 17
+# Pictures of a movement at first and at most, and points along the beam.
+FIRST, FRAMES, STATIONS = 121, 1501, 17
+# What a straight line between two pictures may leave out, of the largest deflection or turn.
+_LEFT_OUT = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +75,38 @@ class Movement:
         return _turned(self.theta_ref, ends, np.zeros((len(self.t), 2)))
 
 
-def frames_of(t: Array) -> IntArray:
-    """Return which of many times are drawn: about equally far apart, both ends among them."""
-    wanted = np.linspace(t[0], t[-1], min(FRAMES, len(t)))
-    return np.unique(np.searchsorted(t, wanted).clip(0, len(t) - 1))
+def frames_of(t: Array, moving: Array) -> IntArray:
+    """Return which of many times are drawn: more where more moves, both ends among them.
+
+    Parameters
+    ----------
+    t : ndarray, shape (times,)
+    moving : ndarray, shape (times, signals)
+        What straight lines between the pictures are to follow.
+
+    Returns
+    -------
+    ndarray of int
+        `FRAMES` at most; of as many the lines may leave something out.
+    """
+    size = np.ptp(moving, axis=0)
+    scaled = moving / np.where(size > 0, size, 1.0)
+    wanted = np.linspace(t[0], t[-1], min(FIRST, len(t)))
+    kept = np.unique(np.searchsorted(t, wanted).clip(0, len(t) - 1))
+    while len(kept) < FRAMES:
+        lines = np.stack([np.interp(t, t[kept], column[kept]) for column in scaled.T], axis=1)
+        off = np.abs(scaled - lines).max(axis=1)
+        # The time that is farthest off between each two pictures.
+        places = np.searchsorted(kept, np.arange(len(t)), side="left")
+        order = np.lexsort((off, places))
+        last = np.flatnonzero(np.diff(places[order], append=len(t) + 1))
+        worst = order[last]
+        more = worst[off[worst] > _LEFT_OUT]
+        if not len(more):
+            break
+        most = more[np.argsort(-off[more])][: FRAMES - len(kept)]
+        kept = np.union1d(kept, most)
+    return kept
 
 
 def _turned(angle: Array, x: Array, across: Array) -> Array:

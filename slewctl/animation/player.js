@@ -64,7 +64,7 @@ for (const figure of document.querySelectorAll("figure.slew-motion:not([data-rea
   const say = () => { button.textContent = playing ? "Pause" : time >= data.end ? "Again" : "Play"; };
   const move = (now) => {
     if (!playing || !figure.isConnected) return;
-    time = Math.min(time + ((now - before) / 1000) * speed.value, data.end);
+    time = Math.min(time + (Math.max(now - before, 0) / 1000) * speed.value, data.end);
     before = now;
     if (time >= data.end) playing = false;
     draw();

@@ -51,7 +51,7 @@ def player(scene: Scene, caption: str) -> str:
         f'aria-label="{quoted(", ".join(scene.curves))} over time">{rows}</svg>'
         '<div class="bar"><button type="button">Play</button>'
         f'<input type="range" min="0" max="{scene.end:.6g}" step="any" value="0" '
-        'aria-label="time in seconds"><output>0 s</output>'
+        'aria-label="time in seconds"><output aria-live="off">0 s</output>'
         f'<select aria-label="speed">{options}</select></div>'
         f"<figcaption>{quoted(caption)}</figcaption>"
         f'<script type="application/json">{data}</script>'
@@ -82,7 +82,7 @@ def _pane(scene: Scene, k: int) -> str:
         '<g class="moving"><path class="rigid"/><path class="trace"/><path class="beam"/>'
         '<circle class="tip" r="3.5"/></g>'
         f'<circle class="hub" cx="{cx:.1f}" cy="{cy:.1f}" r="{hub:.1f}"/>'
-        f'<text x="6" y="15">{name}</text></svg>'
+        f'<path class="curve arm{k}" d="M6 11h22"/><text x="34" y="15">{name}</text></svg>'
     )
 
 

@@ -18,7 +18,8 @@ MARGIN, TITLE, PANE, LOWEST = 14.0, 18.0, 380.0, 120.0
 POSES = 7
 # A turn that takes less than this, in s, is slowed until it does.
 _SEEN = 2.0
-_SLOWED = tuple(m * 10.0**k for k in range(9) for m in (1, 2, 5))
+# Round factors by which time is slowed and deflections are magnified.
+FACTORS = tuple(m * 10.0**k for k in range(9) for m in (1, 2, 5))
 # Points of a curve at most: pairs of the least and the largest between two pixels.
 _PIXELS = 300
 
@@ -76,7 +77,7 @@ class Scene:
     @property
     def slowed(self) -> float:
         """How many times as long as the slew the animation takes."""
-        return next((m for m in _SLOWED if m * self.end >= _SEEN), 1.0)
+        return next((m for m in FACTORS if m * self.end >= _SEEN), 1.0)
 
     @property
     def curves(self) -> dict[str, list[tuple[Array, Array]]]:

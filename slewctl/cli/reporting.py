@@ -39,7 +39,7 @@ class Logged:
                 (self.free, "--free"), (self.columns, "--column"), (self.counts, "--counts"),
                 (self.sample_time, "--sample-time"),
             ):  # fmt: skip
-                if given:
+                if given not in ("", (), None):
                     raise InputError(
                         "there is no log to be read", where=name, remedy="give --log FILE"
                     )
@@ -57,7 +57,7 @@ class Logged:
 
 def report_design(design: Path, sheet_name: str | None, logged: Logged, out: Path) -> int:
     """Write a design's way from data sheet to code; return 1 where a requirement fails."""
-    from slewctl.report.whole_way import WholeWay, write_whole_way
+    from slewctl.report.whole_way import WholeWay, other_gain, write_whole_way
 
     file = read_design(design)
     sheet = find_arm(sheet_name) if sheet_name else None
@@ -84,7 +84,9 @@ def report_design(design: Path, sheet_name: str | None, logged: Logged, out: Pat
         )
     failed = sum(not each.verdict.passed for each in found)
     if fit:
-        OUT.print(f"the data sheet's arm makes {fit.explained:.1%} of what the log moves by")
+        OUT.print(f"through the fitted arm the input makes {fit.explained:.1%} of the log's output")
+        if (gain := other_gain(fit)) is not None:
+            OUT.print(f"the rig has {gain:.4g} times the gain of the arm: no verdict counts it")
     OUT.print(f"{failed} of {len(found)} requirements fail" if failed else
               f"all {len(found)} requirements hold")  # fmt: skip
     for note in notes:
@@ -108,6 +110,11 @@ def _code(file: DesignFile, judged: Judgement) -> tuple[dict[str, str] | None, l
     notes = provenance(judged, file.case.name, digest(file.text), installed())
     program = design_program(judged, file.export, file.case.name, notes)
     told = [*notes[1:], *program.notes[len(notes) :]]
+    if program.words:
+        told.append(
+            "The verdicts are of the law before it is rounded to these words; "
+            "slewctl check --compiled judges the code."
+        )
     try:
         read_back(program, compile_program(program))
         told.append("Compiled here: its A, B, C and D, read by stepping it, are the design's.")

@@ -30,7 +30,7 @@ def simulate_design(
             where="--beside",
             remedy="give --out DIR or --gif FILE too",
         )
-    if gif is not None and gif.suffix != ".gif":
+    if gif is not None and gif.suffix.lower() != ".gif":
         raise InputError(f"{gif} does not end in .gif", where="--gif", remedy="name such a file")
     title, judged, found = _simulated(design, variation, step)
     other = None if beside is None else _simulated(beside, None, step)

@@ -31,8 +31,8 @@ typedef enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal, fmi2Pendi
 #define COMMAND @INPUTS@
 #define START_ANGLE (COMMAND + 1)
 #define FAULT (COMMAND + 2)
-/* Times that differ by less are one. */
-#define SAME (1e-9 * SAMPLE_TIME)
+/* Times that differ by less are one: a master may add its steps up, or begin years from zero. */
+#define SAME (1e-3 * SAMPLE_TIME)
 /* Commands under way: as many as samples fit into the delay, and one. */
 #define LATE @LATE@
 
@@ -47,6 +47,8 @@ typedef struct {
     double began;
     double now;
     double samples; /* taken so far */
+    int running;    /* whether it is initialized */
+    int fresh;      /* whether inputs were set since the last step */
 } Unit;
 
 static const double SCALE[INPUTS + 1] = {@SCALES@};
@@ -94,6 +96,7 @@ static void put_out(Unit *unit, double until)
 
 static void start(Unit *unit)
 {
+    unit->fresh = 1;
     @NAME@_init(&unit->controller, number_of(unit->start_angle, SCALE[INPUTS - 2]));
     unit->command = 0.0;
     unit->waiting = 0;
@@ -146,6 +149,7 @@ FMI2_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 FMI2_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     start((Unit *)c);
+    ((Unit *)c)->running = 1;
     return fmi2OK;
 }
 
@@ -175,8 +179,8 @@ FMI2_EXPORT fmi2Status fmi2GetReal(
             values[k] = unit->start_angle;
         } else if (names[k] != COMMAND) {
             return fmi2Error;
-        } else if ((DELAY <= SAME) && (fabs(tick(unit) - unit->now) <= SAME)) {
-            /* What the sample that is due now will command, if its inputs stay. */
+        } else if ((DELAY <= SAME) && (unit->fresh != 0) && (fabs(tick(unit) - unit->now) <= SAME)) {
+            /* What the sample that is due now will command; its inputs are those of now. */
             @NAME@_controller copy = unit->controller;
             values[k] = command_of(&copy, unit->inputs);
         } else {
@@ -194,8 +198,10 @@ FMI2_EXPORT fmi2Status fmi2SetReal(
     for (k = 0; k < count; ++k) {
         if (names[k] < INPUTS) {
             unit->inputs[names[k]] = values[k];
-        } else if (names[k] == START_ANGLE) {
+            unit->fresh = 1;
+        } else if ((names[k] == START_ANGLE) && (unit->running == 0)) {
             unit->start_angle = values[k];
+            start(unit);
         } else {
             return fmi2Error;
         }
@@ -222,7 +228,8 @@ FMI2_EXPORT fmi2Status fmi2DoStep(
     Unit *unit = (Unit *)c;
     const double end = at + step;
     (void)no_way_back;
-    if (!(step >= 0.0) || (fabs(at - unit->now) > (1e-6 * SAMPLE_TIME))) {
+    if ((unit->running == 0) || !(step >= 0.0) || !isfinite(end)
+        || (fabs(at - unit->now) > SAME)) {
         return fmi2Error;
     }
     while (tick(unit) < (end - SAME)) {
@@ -231,6 +238,9 @@ FMI2_EXPORT fmi2Status fmi2DoStep(
     }
     put_out(unit, end);
     unit->now = end;
+    if (step > 0.0) {
+        unit->fresh = 0;
+    }
     return fmi2OK;
 }
 
@@ -296,7 +306,9 @@ FMI2_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c,
 
 FMI2_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    *state = malloc(sizeof(Unit));
+    if (*state == NULL) {
+        *state = malloc(sizeof(Unit));
+    }
     if (*state == NULL) {
         return fmi2Error;
     }

@@ -67,6 +67,17 @@ def fmu_bytes(program: Program) -> bytes:
     ------
     InputError
         Where there is no compiler, it refuses the code, or FMI 2.0 has no name for the machine.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> K = sc.lqg(problem.plant("clamped-free", n=1), sample_time=0.02)
+    >>> from pathlib import Path
+    >>> from slewctl.embedded import CodeOptions, fmu_bytes, program_of
+    >>> program = program_of(problem.judge(K), CodeOptions(), "arm")
+    >>> Path("arm.fmu").write_bytes(fmu_bytes(program))  # doctest: +SKIP
     """
     machine = (sys.platform, platform.machine().lower())
     if machine not in _PLATFORMS:
@@ -139,14 +150,11 @@ def _description(program: Program, guid: str) -> bytes:
         description=" ".join(program.notes), generationTool="slewctl",
         variableNamingConvention="flat", numberOfEventIndicators="0",
     )  # fmt: skip
-    unit = ET.SubElement(
+    ET.SubElement(
         root, "CoSimulation",
         modelIdentifier=program.name, canHandleVariableCommunicationStepSize="true",
         canGetAndSetFMUstate="true", canSerializeFMUstate="true",
     )  # fmt: skip
-    sources = ET.SubElement(unit, "SourceFiles")
-    for file in (f"{program.name}.c", "fmi2.c"):
-        ET.SubElement(sources, "File", name=file)
     command = UNITS[program.actuator].replace("*", "·")
     units = ET.SubElement(root, "UnitDefinitions")
     names = [signal(name).unit for name in program.sensors]
@@ -173,7 +181,13 @@ def _description(program: Program, guid: str) -> bytes:
     structure = ET.SubElement(root, "ModelStructure")
     for kind in ("Outputs", "InitialUnknowns"):
         unknown = ET.SubElement(structure, kind)
-        ET.SubElement(unknown, "Unknown", index=str(k + 1))
-        ET.SubElement(unknown, "Unknown", index=str(k + 3))
+        # A command that is due later depends on no input of its own time.
+        at_once = [] if program.controller.delay else list(range(1, k + 1))
+        if at_once and kind == "InitialUnknowns":
+            at_once.append(k + 2)  # where it starts
+        ET.SubElement(
+            unknown, "Unknown", index=str(k + 1), dependencies=" ".join(map(str, at_once))
+        )
+        ET.SubElement(unknown, "Unknown", index=str(k + 3), dependencies="")
     ET.indent(root)
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="utf-8")

@@ -40,7 +40,8 @@ class Solution:
     dry : tuple of float
         Of a log of the hub angle: dry friction in the actuator's unit, and its deviation.
     explained : float
-        Of a log: how much of the output's movement the rig makes, at most 1.
+        Of a log: how much of the output the input makes through the rig, at most 1; see
+        `RecordData.explained`.
     """
 
     coordinates: Array

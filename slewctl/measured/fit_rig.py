@@ -42,7 +42,7 @@ _QUIET = 2.0
 _DEGREES = 0.3  # of a logarithm: so near to 180/π is a gain asked about
 _FAR = 30.0  # a factor from where it started that is worth a word
 _NOT_CLOSE = 1.5  # root-mean-square residual, in stated deviations, that is worth a word
-_HALF = 0.5  # of a log's movement: a rig that makes less of it is doubted
+_HALF = 0.5  # of a log's output: a rig through which the input makes less is doubted
 
 
 def fit_rig(arm: Arm, measured: Response | Log, free: Sequence[str]) -> RigFit:
@@ -270,7 +270,7 @@ def _remarks(fit: RigFit, data: ResponseData, solution: Solution) -> list[str]:
         )
     if fit.explained < _HALF:
         told.append(
-            f"only {fit.explained:.0%} of what the output moves by is this arm's doing: look at "
+            f"through this arm the input makes only {fit.explained:.0%} of the output: look at "
             "the response beside the fitted one before anything of it is believed"
         )
     told += [

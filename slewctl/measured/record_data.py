@@ -236,8 +236,13 @@ class RecordData:
         return (self.late - 1) * self.channel.sample_time
 
     def explained(self, remainder: Remainder) -> float:
-        """Return how much of the output's movement the rig makes, at most 1."""
-        return 1 - float(np.linalg.norm(remainder.left) / np.linalg.norm(self.Y))
+        """Return how much of the output the input makes through the rig, at most 1.
+
+        Of what is left of the output beside the state's part and dry friction's, which the same
+        record tells and which would make much of it without any input.
+        """
+        alone = remainder.unweighted(remainder.without(self.Y))
+        return 1 - float(np.linalg.norm(remainder.left) / np.linalg.norm(alone))
 
     @property
     def noise(self) -> float:
@@ -322,8 +327,12 @@ class Remainder:
     @property
     def left(self) -> ComplexArray:
         """The errors that are left at each bin, not weighted."""
+        return self.unweighted(self.vector)
+
+    def unweighted(self, vector: Array) -> ComplexArray:
+        """Return what `without` gives as errors at each bin."""
         half = len(self.weight)
-        parts = self.vector[:half] + 1j * self.vector[half : 2 * half]
+        parts = vector[:half] + 1j * vector[half : 2 * half]
         return np.asarray(parts / (np.sqrt(2) * self.weight))
 
     def free(self, jacobian: Array) -> Array:

@@ -74,8 +74,9 @@ class RigFit(Described):
     log : Log or None
         What was fitted, if it was a log.
     explained : float
-        How much of a log's movement the rig makes, with the state at its beginning free: one
-        less the deviation of what is left over that of the output; NaN of a response.
+        How much of a log's output the input makes through the rig: one less the size of what
+        is left, over that of the output, both without what the state at the beginning and dry
+        friction make; NaN of a response.
     remarks : tuple of str
     """
 
@@ -213,7 +214,7 @@ class RigFit(Described):
             f"{self.response.frequencies_hz[-1]:.4g} Hz"
         ]
         if self.log:
-            lines.append(f"  it makes {self.explained:.1%} of what the output moves by")
+            lines.append(f"  through it the input makes {self.explained:.1%} of the output")
         lines += [f"  {self._told(estimate)}" for estimate in self.estimates]
         for group in self.undetermined:
             what = "has no effect on this measurement" if len(group) == 1 else (

@@ -129,6 +129,13 @@ def _from_text(path: Path) -> dict[str, ComplexArray]:
         )
     else:
         lines = lines[1:]
+    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
+    if twice is not None:
+        raise InputError(
+            f"two columns are called {shown(twice)}",
+            where=str(path),
+            remedy="give each column a name of its own",
+        )
     rows = [_row(line, names, delimiter, f"{path}:{number}") for number, line in lines]
     return dict(zip(names, np.array(rows, dtype=complex).T, strict=True))
 

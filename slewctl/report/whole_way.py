@@ -25,6 +25,8 @@ from slewctl.report.page import render, versions
 _FIGURES = ("bode", "nyquist", "sensitivity", "poles")
 # Properties that differ by less are one.
 _SAME = 1e-3
+# A gain that is off by less, as a logarithm, is no matter for a margin: a tenth of a decibel.
+_GAIN = 0.0115
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +148,16 @@ def _leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, fl
             yield name, float(value)
 
 
+def other_gain(fit: RigFit) -> float | None:
+    """Return a fitted gain that is not one, which belongs to no arm; None where it is."""
+    names = [each.name for each in fit.estimates]
+    if "gain" not in names:
+        return None
+    low, high = fit.interval("gain")
+    far = not low <= 1 <= high and abs(math.log(fit.gain)) > _GAIN
+    return fit.gain if far else None
+
+
 def _one(one: float, other: float) -> bool:
     return math.isclose(one, other, rel_tol=_SAME)
 
@@ -166,6 +178,7 @@ def _fitted(way: WholeWay) -> dict[str, Any] | None:
         and not _one(row["fitted"], row["design"])
     ]
     return {
+        "gain": other_gain(way.fit),
         "picture": response_figure(way.fit.response, way.fit.computed(), "fitted", "response"),
         "intervals": [way.fit.interval(each.name) for each in way.fit.estimates],
         "far": far,

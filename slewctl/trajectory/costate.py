@@ -164,9 +164,14 @@ def fastest(start: FullTorque, size: float) -> FullTorque:
         end = max(found.end + missing / abs(found.at_end), found.end / 2)
         found = _farthest(FullTorque(found.functionals, found.multipliers[1:], end))
     if not (found.left <= _ENOUGH and abs(missing) <= _ENOUGH * size):
+        short = abs(missing) / size
         raise AccuracyError(
-            f"the multipliers of the fastest turn are not found: {found.left:.1g} of the "
-            "vibration is left",
+            "the multipliers of the fastest turn are not found: "
+            + (
+                f"{found.left:.1g} of the vibration is left"
+                if found.left > _ENOUGH
+                else f"it ends {short:.1g} of the turn away"
+            ),
             where="rest_to_rest",
             remedy="leave out a mode, or turn by another angle",
         )

@@ -72,12 +72,18 @@ def test_between_two_pictures_and_after_the_end() -> None:
     np.testing.assert_allclose(later.bent[1], one.bent[1] / 2)
 
 
-def test_frames_are_few_and_hold_both_ends() -> None:
-    t = np.sort(np.random.default_rng(1).uniform(0, 3, 50_000))
-    found = frames_of(t)
-    assert FRAMES / 2 < len(found) <= FRAMES
+def test_frames_follow_what_moves_and_hold_both_ends() -> None:
+    t = np.sort(np.random.default_rng(1).uniform(0, 60, 50_000))
+    moving = np.stack([np.tanh(t), np.exp(-t / 4) * np.sin(2 * np.pi * 4 * t)], axis=1)
+    found = frames_of(t, moving)
     assert (found[0], found[-1]) == (0, len(t) - 1)
-    assert frames_of(np.array([0.0, 1.0])).tolist() == [0, 1]
+    assert len(found) < FRAMES
+    for column in moving.T:
+        drawn = np.interp(t, t[found], column[found])
+        assert np.abs(column - drawn).max() <= 0.021 * np.ptp(column)
+    fast = np.sin(2 * np.pi * 40 * t)[:, None]
+    assert len(frames_of(t, fast)) == FRAMES  # more than is drawn: its caption says so
+    assert frames_of(np.array([0.0, 1.0]), np.zeros((2, 1))).tolist() == [0, 1]
 
 
 def test_everything_is_in_the_picture() -> None:
@@ -156,8 +162,12 @@ def test_what_cannot_be_animated_is_refused(tmp_path: Path, slew: Simulation) ->
         slew.animate().save(tmp_path / "none" / "slew.gif")
     with pytest.raises(InputError, match=r"names: .* give one name each"):
         slew.animate(names=["a", "b"])
-    with pytest.raises(InputError, match="names"):
-        slew.animate(names="a")
+    for wrong in ("a", 5, [3], [None], {"a"}):
+        with pytest.raises(InputError, match="names"):
+            slew.animate(names=wrong)  # type: ignore[arg-type]
+    for movements in ([], [turn()] * 3, [replace(turn(), bent=np.full((81, STATIONS), np.nan))]):
+        with pytest.raises(InputError, match=r"^movements: "):
+            Animation(movements, ["a"] * len(movements))
     with pytest.raises(InputError, match="magnify"):
         slew.animate(magnify=0.0)
     with pytest.raises(InputError, match=r"beside: .* is no simulation"):

@@ -63,7 +63,7 @@ def test_a_design_that_is_not_the_fitted_arm_is_told(tmp_path: Path) -> None:
     other = tmp_path / "other.toml"
     text = re.sub(r"bending_stiffness = \S+", "bending_stiffness = 0.22", text)
     other.write_text(text[: text.index("[variations")], encoding="utf-8")
-    logged = Logged(RIGS / "lab-servo.csv", FREE, counts=4096)
+    logged = Logged(RIGS / "lab-servo.csv", "beam.stiffness,gain", counts=4096)
     report_design(other, SHEET, logged, tmp_path / "out")
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
     assert re.search(r"not the fitted one:</b> they differ in [^.]*beam.bending_stiffness", page)

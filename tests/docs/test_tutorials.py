@@ -10,6 +10,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 
@@ -22,10 +23,12 @@ BLOCK = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.S)
 
 FIRST_STEPS = DOCS / "tutorials" / "first-ten-minutes.md"
 TO_CODE = DOCS / "tutorials" / "from-log-to-code.md"
+OWN_PID = DOCS / "tutorials" / "own-pid.md"
+OWN_STUDY = DOCS / "tutorials" / "own-study.md"
+# Their commands are followed instead.
+FOLLOWED = (FIRST_STEPS, TO_CODE, OWN_PID, OWN_STUDY)
 PAGES = [
-    *sorted(
-        page for page in (DOCS / "tutorials").glob("*.md") if page not in (FIRST_STEPS, TO_CODE)
-    ),
+    *sorted(page for page in (DOCS / "tutorials").glob("*.md") if page not in FOLLOWED),
     *(DOCS / f"{name}.md" for name in ("measurements", "commands", "simulation", "export")),
 ]
 
@@ -82,7 +85,7 @@ def test_a_log_leads_to_code_in_the_folder_of_the_rigs(
         said = CliRunner().invoke(cli, shlex.split(command), catch_exceptions=False)
         assert said.exit_code == 0, (command, said.output)
         if command.startswith("identify"):
-            assert "makes 99.8% of what the output moves by" in said.output
+            assert "through it the input makes 99.8% of the output" in said.output
             assert "zero 4.12" in said.output
     # The design holds the arm that is found anew.
     found = read_arm(Path("fit/fitted.toml"))
@@ -91,3 +94,37 @@ def test_a_log_leads_to_code_in_the_folder_of_the_rigs(
     np.testing.assert_allclose(
         float(found.beam.bending_stiffness), float(arm.beam.bending_stiffness), rtol=1e-3
     )
+
+
+@pytest.mark.slow
+def test_a_pid_is_taken_through_the_gate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    commands = commands_of(OWN_PID)
+    assert len(commands) == 6
+    for command in commands:
+        said = CliRunner().invoke(cli, shlex.split(command), catch_exceptions=False)
+        assert said.exit_code == 0, (command, said.output)
+        if command.startswith("worst"):
+            assert "[variations.worst]" in said.output
+    # An edit that the requirements bear, and the baseline does not.
+    text = Path("servo.toml").read_text(encoding="utf-8")
+    Path("servo.toml").write_text(text.replace("delay = 0.001", "delay = 0.015"), encoding="utf-8")
+    assert CliRunner().invoke(cli, ["check", "servo.toml"]).exit_code == 0
+    said = CliRunner().invoke(cli, shlex.split(commands[-1]))
+    assert said.exit_code == 1
+    assert "worse" in said.output
+
+
+@pytest.mark.slow
+def test_a_study_of_ones_own_is_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = OWN_STUDY.read_text(encoding="utf-8")
+    (written,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    Path("boom.toml").write_text(written, encoding="utf-8")
+    for command in commands_of(OWN_STUDY):
+        said = CliRunner().invoke(cli, [*shlex.split(command), "--workers", "1"])
+        assert said.exit_code == 0, (command, said.output)
+    rows = pd.read_csv("study/rows.csv.gz")
+    assert len(rows) == 12
+    lost = rows.groupby(["basis", "n"]).loss.median()
+    assert set(lost.index.get_level_values("basis")) == {"clamped-free", "slewing", "arm-matched"}

@@ -9,10 +9,12 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 from programs import KINDS, STRICT, WITH_COMPILER, judged, program, run
@@ -140,6 +142,43 @@ def test_steps_of_any_length_take_the_same_samples(loaded: Any) -> None:
     assert one.command() == many.command() != 0.0
 
 
+@pytest.mark.parametrize("began", [0.0, 86_400.0, 1.7e9])
+def test_a_master_that_adds_its_steps_up_meets_every_sample(loaded: Any, began: float) -> None:
+    made = program()
+    unit, runner = loaded(made), Runner(made)
+    unit.start(at=began)
+    t = began
+    for k in range(12_000):
+        theta = float(np.sin(0.37 * k))
+        unit.set(theta=theta)
+        expected = runner.step([theta, 0.0], 0.0, 0.0)
+        assert unit.command() == expected, k
+        unit.slave.doStep(t, T)
+        t += T
+        # Until the inputs of the new time are known it is what was commanded.
+        assert unit.command() == expected
+
+
+def test_before_it_runs_and_what_it_refuses(loaded: Any) -> None:
+    unit = loaded(program())
+    unit.slave.setupExperiment()
+    with pytest.raises(FMICallException):
+        unit.slave.doStep(0.0, T)
+    unit.slave.enterInitializationMode()
+    unit.set(start_angle=1.0, theta=1.0, angle=1.0)
+    assert abs(unit.command()) < 1e-9  # at rest where it starts
+    unit.slave.exitInitializationMode()
+    assert abs(unit.command()) < 1e-9
+    with pytest.raises(FMICallException):
+        unit.set(start_angle=0.5)
+    for step in (float("inf"), float("nan"), -T):
+        with pytest.raises(FMICallException):
+            unit.slave.doStep(0.0, step)
+    unit.slave.doStep(0.0, T)
+    with pytest.raises(FMICallException):
+        unit.slave.doStep(5 * T, T)  # not where it is
+
+
 def test_states_are_kept_and_a_reset_begins_anew(loaded: Any) -> None:
     unit = loaded(late_program())
     unit.start()
@@ -199,6 +238,14 @@ def test_a_machine_without_a_name_is_told(monkeypatch: pytest.MonkeyPatch) -> No
 def test_every_variable_has_its_unit() -> None:
     with zipfile.ZipFile(io.BytesIO(fmu_bytes(program()))) as archive:
         text = archive.read("modelDescription.xml").decode()
-    for name, unit in zip(program().sensors, program().units, strict=True):
-        assert f'name="{name}"' in text
-        assert f'unit="{unit.replace("*", "·")}"' in text
+    root = ET.fromstring(text)
+    told = {each.get("name"): each[0].get("unit") for each in root.iter("ScalarVariable")}
+    units = dict(zip(program().sensors, program().units, strict=True))
+    expected = {**units, "angle": "rad", "feedforward": "N·m", "torque": "N·m",
+                "start_angle": "rad", "fault": None}  # fmt: skip
+    assert told == expected
+    (outputs,) = root.iter("Outputs")
+    assert outputs[0].get("dependencies") == "1 2 3 4"
+    with zipfile.ZipFile(io.BytesIO(fmu_bytes(late_program()))) as archive:
+        late = ET.fromstring(archive.read("modelDescription.xml"))
+    assert [each.get("dependencies") for each in late.iter("Unknown")] == [""] * 4

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from reader_fuzz import FILES, WHOLE, check_reading
 from strategies import deterministic
 
-COUNT = int(os.environ.get("SLEWCTL_FUZZ", "2000"))
+COUNT = int(os.environ.get("SLEWCTL_FUZZ", "1000"))
 
 
 @pytest.mark.parametrize("count", [200, pytest.param(COUNT, marks=pytest.mark.slow)])

@@ -69,6 +69,9 @@ def test_names_behind_a_mark_and_columns_without_names(tmp_path: Path) -> None:
         np.testing.assert_array_equal(log.output, Y)
     with pytest.raises(sc.InputError, match="no column 'drive': it holds 1, 2, 3"):
         sc.read_log(bare, {"time_s": "1", "torque": "drive", "theta": "3"})
+    bare.write_text("t,u,u\n1,2,3\n", encoding="utf-8")
+    with pytest.raises(sc.InputError, match=r"two columns are called 'u'"):
+        sc.read_log(bare, {"time_s": "t"})
     bare.write_text("t, 2.0, x\n1, 2, 3\n", encoding="utf-8")
     with pytest.raises(sc.InputError, match=r"bare\.txt:1: its first line holds names and numbers"):
         sc.read_log(bare, {"time_s": "t"})

@@ -106,7 +106,7 @@ def test_the_multipliers_prove_that_nothing_is_faster() -> None:
 
 def test_any_modes_are_at_rest_at_the_end() -> None:
     rng = np.random.default_rng(0)
-    for _ in range(12):
+    for _ in range(8):
         count = int(rng.integers(1, 4))
         low = rng.uniform(0.5, 8.0)
         frequencies = low * np.cumprod([1.0, *rng.uniform(2, 4, count - 1)])

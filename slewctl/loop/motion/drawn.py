@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.animation.movement import STATIONS, Movement, frames_of
+from slewctl.animation.movement import FRAMES, STATIONS, Movement, frames_of
 from slewctl.arm import ModalData
 from slewctl.model import Model
 
@@ -27,7 +27,8 @@ def movement_of(model: Model, t: Array, states: Array, signals: Mapping[str, Arr
     signals : mapping
         Of a `Simulation`.
     """
-    arm, kept = model.arm, frames_of(t)
+    arm = model.arm
+    kept = frames_of(t, np.stack([signals["theta"], signals["tip_deflection"]], axis=1))
     xi = np.linspace(0.0, 1.0, STATIONS)
     if isinstance(arm.beam, ModalData):
         # Of the shape between its places modal data say nothing.
@@ -37,9 +38,11 @@ def movement_of(model: Model, t: Array, states: Array, signals: Mapping[str, Arr
     else:
         shapes = model.basis.evaluate(xi) @ model.mode_shapes[1:]
         bent, told, root = states[kept, : model.n + 1] @ shapes.T, "", arm.hub.radius
+    if len(kept) >= FRAMES:
+        told = " ".join([told, "Its fastest vibration is drawn coarsely."]).strip()
     error = 1e3 * (signals["tip"] - signals["tip_ref"])
     curves = {"tip error (mm)": (t, error)}
-    curves |= {told: (t, signals[name]) for name, told in _CURVES.items() if name in signals}
+    curves |= {label: (t, signals[name]) for name, label in _CURVES.items() if name in signals}
     return Movement(
         t[kept],
         signals["theta"][kept],

@@ -164,11 +164,12 @@ class Simulation(SlewResponse):
         both = [self] if beside is None else [self, beside]
         if names is None:
             names = [f"{one.slew.angle_deg:g} degrees, {one.slew.profile}" for one in both]
-        if isinstance(names, str) or len(names) != len(both):
+        told = list(names) if isinstance(names, list | tuple) else []
+        if len(told) != len(both) or not all(isinstance(name, str) for name in told):
             raise InputError(
                 f"{shown(names)} for {len(both)} slews", where="names", remedy="give one name each"
             )
-        return Animation([one.movement for one in both], list(names), magnify)
+        return Animation([one.movement for one in both], told, magnify)
 
 
 @single_threaded
