@@ -142,7 +142,7 @@ def _smaller_gain(margins: Margins) -> Crossing:
 
 
 def _reciprocal(crossing: Crossing) -> Crossing:
-    value = math.inf if crossing.value == 0 else 1 / crossing.value
+    value = math.inf if crossing.proved == 0 else 1 / crossing.proved
     return replace(crossing, value=value, note="", at_least=None)
 
 
@@ -157,16 +157,15 @@ def _of_margins(choose: Callable[[Margins], Crossing]) -> Callable[[Judgement], 
     def read(judgement: Judgement) -> Reading:
         margins = judgement.margins
         crossing = choose(margins)
-        doubt = ""
-        if not margins.confirmed:
-            doubts = "; ".join(margins.doubts) or "closed-loop poles do not agree"
-            doubt = f"the margin is not confirmed: {doubts}"
+        doubts = "; ".join(margins.unproved)
+        doubt = f"the margin is not confirmed: {doubts}" if doubts else ""
         least = crossing.at_least
+        note = f"what is proved; computed {crossing.value:.6g}" if crossing.wide else crossing.note
         return Reading(
-            crossing.value,
+            crossing.proved,
             crossing.frequency_hz,
             crossing.mode,
-            crossing.note,
+            note,
             doubt,
             least,
             0 if least is None else margins.intervals,

@@ -94,10 +94,10 @@ def _shortfalls(margins: Margins, asked: dict[str, float]) -> list[str]:
         if quantity.margin is None:
             raise TypeError(f"{name} is not read from margins")
         crossing = quantity.margin(margins)
-        if not quantity.holds(crossing.value, limit):
+        if not quantity.holds(crossing.proved, limit):
             lines.append(_short(quantity, crossing, limit))
-    if not margins.confirmed:
-        lines.append("the margins are not confirmed: " + "; ".join(margins.doubts))
+    if margins.unproved:
+        lines.append("the margins are not confirmed: " + "; ".join(margins.unproved))
     return lines
 
 
@@ -107,4 +107,4 @@ def _short(quantity: Quantity, crossing: Crossing, limit: float) -> str:
         return f"{quantity.name}: not a number, {required}"
     at = "" if crossing.frequency_hz is None else f" at {crossing.frequency_hz:.4g} Hz"
     mode = f" near {crossing.mode}" if crossing.mode else ""
-    return f"{quantity.name}: {number_text(crossing.value, quantity.unit)}{at}{mode}, {required}"
+    return f"{quantity.name}: {number_text(crossing.proved, quantity.unit)}{at}{mode}, {required}"

@@ -119,6 +119,31 @@ def test_infinite_margins_pass_and_doubtful_ones_do_not(loop: Loop) -> None:
         assert_margins(doubtful, gain_margin_db=0.0)
 
 
+def test_of_a_margin_that_is_known_less_narrowly_the_proved_part_counts(loop: Loop) -> None:
+    wide = Crossing(12.0, 3.0, at_least=8.0)
+    says = "gain_db is proved to be at least 8 only"
+    known = with_margins(loop, gain_db=wide, confirmed=False, doubts=(says,))
+    assert known.margins.unproved == ()
+    assert_margins(known, gain_margin_up_db=7.9, gain_margin_db=6.0, phase_margin_deg=1.0)
+    with pytest.raises(AssertionError, match=r"gain_margin_up_db: 8 dB"):
+        assert_margins(known, gain_margin_up_db=8.1)
+    both = with_margins(loop, gain_db=wide, confirmed=False, doubts=("a pole says otherwise", says))
+    assert both.margins.unproved == ("a pole says otherwise",)
+    with pytest.raises(AssertionError, match="not confirmed: a pole says otherwise"):
+        assert_margins(both, gain_margin_db=1.0)
+    endless = with_margins(
+        loop, gain_db=Crossing(math.inf, None, at_least=20.0),
+        gain_reduction_db=Crossing(30.0, 1.0, at_least=30.0), confirmed=False, doubts=(says,),
+    )  # fmt: skip
+    with pytest.raises(AssertionError, match=r"gain_margin_db: 20 dB"):
+        assert_margins(endless, gain_margin_db=25.0)
+    halved = with_margins(
+        loop, modulus=Crossing(0.5, 1.0, at_least=0.4), confirmed=False, doubts=(says,)
+    )
+    peak = QUANTITIES["sensitivity_peak"].margin
+    assert peak is None or peak(halved.margins).value == pytest.approx(2.5)
+
+
 @pytest.mark.parametrize("limit", [-1.0, math.nan, math.inf, "6", True])
 def test_impossible_limits_are_refused(loop: Loop, limit: object) -> None:
     with pytest.raises(InputError, match="gain_margin_db: "):

@@ -29,16 +29,12 @@ from slewctl.loop.single.search import Search
 from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.numerics.linear_system import LinearSystem
 
-# What is proved to less than this, relative, is in doubt.
-_PROVED = 1e-6
 # What is known to this needs no long numbers.
 NARROW = 1e-9
 # Of a few operations at the end, relative.
 _ULPS = 8 * float(np.finfo(float).eps)
 # Boxes that were left undecided are looked at in so many parts.
 _PARTS = 16
-# An infinite gain margin is in doubt where less than this is proved, in dB.
-_LARGE_DB = 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +193,7 @@ def margins_of(
     doubts += tuple(
         f"{name} is proved to be at least {crossing.at_least:.6g} only"
         for name, crossing in crossings.items()
-        if _doubtful(crossing)
+        if crossing.wide
     )
     hertz = tuple(float(w) / (2 * math.pi) for w in omega)
     return Margins(
@@ -224,16 +220,8 @@ def _below(value: float) -> float:
 def _narrow(crossing: Crossing, within: float) -> bool:
     """Whether a margin is known as well as is wanted."""
     if crossing.at_least is None or math.isinf(crossing.value):
-        return not _doubtful(crossing)
+        return not crossing.wide
     return crossing.at_least >= crossing.value * (1 - within) - within
-
-
-def _doubtful(crossing: Crossing) -> bool:
-    if crossing.at_least is None:
-        return False
-    if math.isinf(crossing.value):
-        return crossing.at_least < _LARGE_DB
-    return crossing.at_least < crossing.value * (1 - _PROVED)
 
 
 def _undelayed(loop: FactoredLoop, omega: float) -> complex:

@@ -10,6 +10,10 @@ from slewctl._show import Tabular
 from slewctl.loop.single.disk import disk_gains, disk_phase_deg
 from slewctl.loop.single.perturbation import Change, Perturbation
 
+# What is proved to less than this, relative, is in doubt; and an infinite gain margin where less
+# than this is proved, in dB.
+_PROVED, _LARGE_DB = 1e-6, 60.0
+
 
 @dataclass(frozen=True)
 class Crossing:
@@ -39,6 +43,20 @@ class Crossing:
     note: str = ""
     at_least: float | None = None
     change: Change | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def wide(self) -> bool:
+        """Whether noticeably less is proved than was computed."""
+        if self.at_least is None:
+            return False
+        if math.isinf(self.value):
+            return self.at_least < _LARGE_DB
+        return self.at_least < self.value * (1 - _PROVED)
+
+    @property
+    def proved(self) -> float:
+        """The value, or where it is wide what is proved of it."""
+        return self.value if self.at_least is None or not self.wide else self.at_least
 
     @cached_property
     def perturbation(self) -> Perturbation | None:
@@ -132,6 +150,14 @@ class Margins(Tabular):
     crossings: tuple[AxisCrossing, ...] = ()
 
     @property
+    def unproved(self) -> tuple[str, ...]:
+        """Doubts beside those of a margin that is known less narrowly, which its bound settles."""
+        if self.confirmed:
+            return ()
+        wide = sum(crossing.wide for crossing in self.each.values())
+        return self.doubts[: len(self.doubts) - wide] if wide else (self.doubts or ("in doubt",))
+
+    @property
     def each(self) -> dict[str, Crossing]:
         """All six margins by name."""
         names = ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus", "disk")
@@ -160,7 +186,7 @@ class Margins(Tabular):
         """The smaller of the gain's rise and fall; NaN counts as the smallest."""
         return min(
             (self.gain_db, self.gain_reduction_db),
-            key=lambda m: -math.inf if math.isnan(m.value) else m.value,
+            key=lambda m: -math.inf if math.isnan(m.value) else m.proved,
         )
 
     @property
