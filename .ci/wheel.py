@@ -36,6 +36,8 @@ def main() -> None:
             package / "py.typed",
             *(package / "report/templates").iterdir(),
             *(package / "files/templates").iterdir(),
+            *package.glob("animation/player.*"),
+            package / "embedded/fmi2.c",
         )
         if missing := {file.relative_to(ROOT).as_posix() for file in files} - contents:
             sys.exit(f"the wheel lacks {sorted(missing)}")
