@@ -52,7 +52,7 @@ def identify(
     from slewctl.report import write_identification  # matplotlib is only needed here
 
     start = find_arm(arm)
-    names = [name.strip() for name in free.split(",") if name.strip()]
+    names = free_names(free)
     with options_named(_OPTIONS), _columns_as_options(), progress(3) as step:
         step("reading")
         measured: Log | Response
@@ -71,6 +71,11 @@ def identify(
             OUT.print(line)
     OUT.print(f"fitted arm: {out / 'fitted.toml'}")
     OUT.print(f"report: {page}")
+
+
+def free_names(free: str) -> list[str]:
+    """Return the properties that ``--free`` names."""
+    return [name.strip() for name in free.split(",") if name.strip()]
 
 
 def read_named_log(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from slewctl.arm import Arm
 from slewctl.cli.comparing import told_finding
-from slewctl.cli.identifying import fitted_arm, read_named_log
+from slewctl.cli.identifying import fitted_arm, free_names, read_named_log
 from slewctl.cli.terminal import OUT, progress
 from slewctl.compare import Judgement, compare
 from slewctl.embedded import compile_program, program_files, provenance, read_back
@@ -44,7 +44,7 @@ class Logged:
                         "there is no log to be read", where=name, remedy="give --log FILE"
                     )
             return None
-        names = [name.strip() for name in self.free.split(",") if name.strip()]
+        names = free_names(self.free)
         if sheet is None or not names:
             raise InputError(
                 "a log is what the data sheet's arm is fitted to",

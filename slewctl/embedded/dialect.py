@@ -38,7 +38,7 @@ class Dialect:
             return cls(*(("int16_t", "int32_t") if short else ("int32_t", "int64_t")), _whole)
         if program.controller.arithmetic is not None:
             return cls("float", "float", lambda value: f"{_decimal(float(value), 9)}F")
-        return cls("double", "double", lambda value: _decimal(float(value), 17))
+        return cls("double", "double", double_literal)
 
     @property
     def whole(self) -> bool:
@@ -77,6 +77,11 @@ class Dialect:
 
 def _whole(value: Any) -> str:
     return str(int(value))
+
+
+def double_literal(value: Any) -> str:
+    """Return a number in C from which a compiler reads the same double."""
+    return _decimal(float(value), 17)
 
 
 def _decimal(value: float, digits: int) -> str:

@@ -19,6 +19,7 @@ from xml.etree import ElementTree as ET
 from slewctl.embedded.c_header import header_text
 from slewctl.embedded.c_source import source_text
 from slewctl.embedded.compiled import FLAGS, find_compiler, run_compiler
+from slewctl.embedded.dialect import double_literal
 from slewctl.embedded.program import UNITS, Program
 from slewctl.errors import InputError
 from slewctl.plant.signals import signal
@@ -89,8 +90,9 @@ def fmu_bytes(program: Program) -> bytes:
     folder, ending = _PLATFORMS[machine]
     name = program.name
     sources = {f"{name}.h": header_text(program), f"{name}.c": source_text(program)}
-    sources["fmi2.c"] = _interface(program, _guid(sources))
-    files: dict[str, bytes] = {"modelDescription.xml": _description(program, _guid(sources))}
+    guid = _guid(sources)
+    sources["fmi2.c"] = _interface(program, guid)
+    files: dict[str, bytes] = {"modelDescription.xml": _description(program, guid)}
     files |= {f"sources/{file}": text.encode("ascii") for file, text in sources.items()}
     with tempfile.TemporaryDirectory(prefix="slewctl-") as place:
         for file, text in sources.items():
@@ -111,8 +113,7 @@ def fmu_bytes(program: Program) -> bytes:
 
 def _guid(sources: dict[str, str]) -> str:
     """Return what tells these sources from others."""
-    whole = "".join(sources[file] for file in sorted(sources) if file != "fmi2.c")
-    digits = hashlib.sha256(whole.encode()).hexdigest()
+    digits = hashlib.sha256("".join(sources.values()).encode()).hexdigest()
     return f"{{{digits[:8]}-{digits[8:12]}-{digits[12:16]}-{digits[16:20]}-{digits[20:32]}}}"
 
 
@@ -129,17 +130,13 @@ def _interface(program: Program, guid: str) -> str:
     late = 2 + math.ceil(controller.delay / controller.sample_time)
     for key, value in {
         "NUMBER_OF": number, "NAME": program.name, "GUID": guid,
-        "SAMPLE_TIME": _real(controller.sample_time), "DELAY": _real(controller.delay),
+        "SAMPLE_TIME": double_literal(controller.sample_time),
+        "DELAY": double_literal(controller.delay),
         "INPUTS": str(len(program.sensors) + 2), "LATE": str(late),
-        "SCALES": ", ".join(map(_real, scales)),
+        "SCALES": ", ".join(map(double_literal, scales)),
     }.items():  # fmt: skip
         text = text.replace(f"@{key}@", value)
     return text
-
-
-def _real(value: float) -> str:
-    text = repr(float(value))
-    return text if any(mark in text for mark in ".e") else f"{text}.0"
 
 
 def _description(program: Program, guid: str) -> bytes:

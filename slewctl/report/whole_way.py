@@ -79,22 +79,22 @@ def write_whole_way(way: WholeWay, folder: Path) -> Path:
     InputError
         If the folder cannot be written; nothing is left half-written.
     """
-    shown = section(0, way.result, way.verdicts)
+    shown, arms = section(0, way.result, way.verdicts), list(arm_rows(way))
     name = way.result.case.name
     page = render(
         "whole_way.html",
         s={**shown, "figures": [each for each in shown["figures"] if each[0] in _FIGURES]},
         way=way,
-        arms=list(arm_rows(way)),
+        arms=arms,
         frequencies=_frequencies(way),
-        fitted=_fitted(way),
+        fitted=_fitted(way.fit, arms) if way.fit else None,
         animation=Animation([way.slew.movement], [name]).html() if way.slew else "",
         source=next((text for file, text in (way.code or {}).items() if file.endswith(".c")), ""),
     )
     results = {
         "versions": versions(),
         "case": way.result.case,
-        "arm": list(arm_rows(way)),
+        "arm": arms,
         "estimates": way.fit.estimates if way.fit else [],
         "explained": way.fit.explained if way.fit else None,
         "verdicts": list(way.verdicts),
@@ -166,20 +166,18 @@ def _frequencies(way: WholeWay) -> list[float]:
     return [float(hz) for hz in way.result.truth.frequencies_hz[:4]]
 
 
-def _fitted(way: WholeWay) -> dict[str, Any] | None:
+def _fitted(fit: RigFit, arms: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what the page shows of the fit."""
-    if way.fit is None:
-        return None
     far = [
         row["property"]
-        for row in arm_rows(way)
+        for row in arms
         if row.get("fitted") is not None
         and row["design"] is not None
         and not _one(row["fitted"], row["design"])
     ]
     return {
-        "gain": other_gain(way.fit),
-        "picture": response_figure(way.fit.response, way.fit.computed(), "fitted", "response"),
-        "intervals": [way.fit.interval(each.name) for each in way.fit.estimates],
+        "gain": other_gain(fit),
+        "picture": response_figure(fit.response, fit.computed(), "fitted", "response"),
+        "intervals": [fit.interval(each.name) for each in fit.estimates],
         "far": far,
     }
