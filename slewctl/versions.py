@@ -27,6 +27,7 @@ def difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
     )
 
 
+@cache
 def installed(package: str = "slewctl") -> str:
     """Return the installed version of a package, or "unknown"."""
     try:

@@ -59,10 +59,23 @@ MAY_IMPORT: dict[str, set[str]] = {
     "gate": {"arm", "plant", "design", "loop", "compare", "check", "embedded", "files"},
     "testing": {"plant", "design", "loop", "compare", "check", "files", "gate"},
     "report": {"animation", "arm", "measured", "loop", "compare", "paper"},
+    "explore": {
+        "export",
+        "arm",
+        "basis",
+        "model",
+        "design",
+        "compare",
+        "check",
+        "files",
+        "gate",
+        "report",
+    },
 }
 # The only rooms that may import these.
 KEEPERS = {"matplotlib": {"report"}, "cvxpy": {"design", "paper"}, "pydantic": {"files"},
-           "pytest": {"testing"}, "click": {"cli"}, "rich": {"cli"}, "PIL": {"animation"}, "jinja2": {"report"}}  # fmt: skip
+           "pytest": {"testing"}, "click": {"cli"}, "rich": {"cli"}, "PIL": {"animation"}, "jinja2": {"report"},
+           "panel": {"explore"}, "tomlkit": {"explore"}}  # fmt: skip
 
 
 def room_files() -> list[tuple[str, Path]]:

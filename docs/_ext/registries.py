@@ -74,7 +74,13 @@ OPTIONS: dict[str, tuple[str, object]] = {
 }
 # What a method takes in Python alone.
 IN_PYTHON = ("plant", "system")
-ROOMS = ("slewctl.compare", "slewctl.check", "slewctl.embedded", "slewctl.testing")
+ROOMS = (
+    "slewctl.compare",
+    "slewctl.check",
+    "slewctl.embedded",
+    "slewctl.explore",
+    "slewctl.testing",
+)
 
 
 def api() -> dict[str, str]:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         Verdict,
         check_limits,
         judge,
+        judge_at_once,
         measure,
     )
     from slewctl.check.result import NOMINAL, DesignResult, Finding, exit_status
@@ -33,6 +34,7 @@ __all__ = [
     "compare_with",
     "exit_status",
     "judge",
+    "judge_at_once",
     "measure",
     "missing",
     "read_baseline",

@@ -8,11 +8,11 @@ holds; NaN never passes, and an unstable loop passes nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from slewctl.compare import QUANTITIES, Followed, Judgement, Quantity, Reading, follow
+from slewctl.compare import QUANTITIES, Followed, Judgement, Quantity, Reading, at_once, follow
 from slewctl.compare.quantities import RECORDED
 from slewctl.errors import InputError, check_choice, check_nonnegative, shown
 
@@ -144,8 +144,49 @@ def judge(judgement: Judgement, limits: Mapping[str, float | bool]) -> tuple[Ver
     >>> [(v.requirement, v.passed) for v in judge(judged, {"gain_margin_db": 3.0})]
     [('stable', True), ('gain_margin_db', True)]
     """
-    numbers = {"stable": 1.0, **check_limits(limits)}
-    return tuple(_verdict(judgement, name, limit) for name, limit in numbers.items())
+    return tuple(_verdicts(judgement, limits, follow))
+
+
+def judge_at_once(judgement: Judgement, limits: Mapping[str, float | bool]) -> tuple[Verdict, ...]:
+    """Return the verdicts as the judgement's own truth alone gives them, for a first look.
+
+    Parameters
+    ----------
+    judgement : Judgement
+    limits : mapping of str to float
+        As for `judge`.
+
+    Returns
+    -------
+    tuple of Verdict
+        `judge` may take back what a finer truth does not hold.
+
+    Raises
+    ------
+    InputError
+        As `judge`.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> from slewctl.check import judge_at_once
+    >>> judged = problem.judge(sc.lqg(problem.plant("clamped-free", n=1)))
+    >>> [len(verdict.seen) for verdict in judge_at_once(judged, {"gain_margin_db": 3.0})]
+    [1, 1]
+    """
+    return tuple(_verdicts(judgement, limits, at_once))
+
+
+def _verdicts(
+    judgement: Judgement,
+    limits: Mapping[str, float | bool],
+    followed: Callable[[Judgement, str], Followed],
+) -> Iterator[Verdict]:
+    for name, limit in {"stable": 1.0, **check_limits(limits)}.items():
+        quantity = REQUIREMENTS[name].name
+        yield _verdict(judgement, name, limit, followed(judgement, quantity))
 
 
 def measure(judgement: Judgement, names: Iterable[str]) -> dict[str, Reading]:
@@ -184,9 +225,7 @@ def measure(judgement: Judgement, names: Iterable[str]) -> dict[str, Reading]:
     }
 
 
-def _verdict(judgement: Judgement, requirement: str, limit: float) -> Verdict:
-    quantity = REQUIREMENTS[requirement]
-    followed = follow(judgement, quantity.name)
+def _verdict(judgement: Judgement, requirement: str, limit: float, followed: Followed) -> Verdict:
     reading = followed.reading
     passed, note = _passes(followed, limit)
     certificate = judgement.controller.certificate

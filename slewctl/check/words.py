@@ -75,3 +75,20 @@ def sentence(finding: Finding) -> str:
         body = f"{value}{f' at {at}' if at else ''}, required {limit}"
     note = f" ({verdict.note})" if verdict.note else ""
     return f"{title(finding)}: {body}{note}"
+
+
+def told_finding(finding: Finding) -> dict[str, object]:
+    """Return a finding in words, as a page shows it."""
+    verdict = finding.verdict
+    return {
+        "arm": finding.arm,
+        "requirement": verdict.requirement,
+        "quantity": verdict.quantity.name,
+        "passed": verdict.passed,
+        "value": value_text(verdict),
+        "limit": limit_text(verdict),
+        "number": verdict.value,
+        "bound": verdict.limit,
+        "place": place_text(verdict),
+        "note": verdict.note,
+    }

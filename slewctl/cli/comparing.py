@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from slewctl.check import Finding
-from slewctl.check.words import limit_text, place_text, value_text
+from slewctl.check.words import told_finding
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, Told, number_table, progress, show
 from slewctl.compare import (
@@ -164,23 +163,6 @@ def _compared(
 
         files = design_files(place, result, style)
     return result, section(place, result, map(told_finding, found)), files
-
-
-def told_finding(finding: Finding) -> dict[str, object]:
-    """Return a finding in words, as the page shows it."""
-    verdict = finding.verdict
-    return {
-        "arm": finding.arm,
-        "requirement": verdict.requirement,
-        "quantity": verdict.quantity.name,
-        "passed": verdict.passed,
-        "value": value_text(verdict),
-        "limit": limit_text(verdict),
-        "number": verdict.value,
-        "bound": verdict.limit,
-        "place": place_text(verdict),
-        "note": verdict.note,
-    }
 
 
 def _on_measured(design: DesignFile, controller: Controller) -> OnMeasured | None:

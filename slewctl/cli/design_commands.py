@@ -38,6 +38,22 @@ def explain_command(design: Path) -> None:
     print_explanation(design)
 
 
+@click.command("explore")
+@click.argument("design", type=click.Path(path_type=Path))
+@click.option("--port", default=0, type=click.IntRange(0, 65535), metavar="N",
+              help="Where to listen; any free port by default.")  # fmt: skip
+@click.option("--no-browser", is_flag=True, help="Print the address, and open nothing.")
+def explore_command(design: Path, port: int, no_browser: bool) -> None:
+    """Turn what DESIGN (a TOML file) is made of, and see its verdicts and curves follow.
+
+    A page on this machine alone: sliders for the arm, the model, the controller and its clock;
+    what is set can be saved as a design file. Needs slewctl[explore]. Ctrl-C ends it.
+    """
+    from slewctl.cli.exploring import explore
+
+    explore(design, port, show=not no_browser)
+
+
 @click.command("export")
 @click.argument("design", type=click.Path(path_type=Path))
 @click.option("--format", "form", default="c", show_default=True,
@@ -181,6 +197,7 @@ def worst_command(
 DESIGN_COMMANDS = (
     design_command,
     explain_command,
+    explore_command,
     export_command,
     report_command,
     simulate_command,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from slewctl.arm import Arm
-from slewctl.cli.comparing import told_finding
+from slewctl.check.words import told_finding
 from slewctl.cli.identifying import fitted_arm, free_names, read_named_log
 from slewctl.cli.terminal import OUT, progress
 from slewctl.compare import Judgement, compare

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
         compare,
         count_designs,
     )
-    from slewctl.compare.convergence import Followed, Seen, follow
+    from slewctl.compare.convergence import Followed, Seen, at_once, follow
     from slewctl.compare.design_basis import REDUCTIONS, SOURCES, DesignModel, design_model
     from slewctl.compare.doubtful_units import unit_notes
     from slewctl.compare.evaluation import Evaluation, Judge, evaluate, on_other_arm
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from slewctl.compare.quantities import QUANTITIES, Quantity, Reading, quantities_of
     from slewctl.compare.reading import describe, read
     from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
+    from slewctl.compare.single_design import glance
     from slewctl.compare.study.answer import (
         GOOD,
         MEDIANS,
@@ -103,6 +104,7 @@ __all__ = [
     "WorkerDiedError",
     "WorstCase",
     "Yardstick",
+    "at_once",
     "compare",
     "compare_reductions",
     "count_designs",
@@ -117,6 +119,7 @@ __all__ = [
     "evaluate_point",
     "first_modes",
     "follow",
+    "glance",
     "least_word",
     "loop_signals",
     "on_other_arm",

@@ -299,7 +299,7 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
     ladders: list[Ladder] = []
     stairs = steps(judge)
     shown = not (case.is_given or judge.truth.given)
-    shapes = [_shapes("truth", judge.truth, case.n)] if shown else []
+    shapes = [mode_shapes("truth", judge.truth, case.n)] if shown else []
     for origin in case.candidates:
         progress(f"{case.name}: {origin}")
         try:
@@ -312,10 +312,10 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
             continue
         evaluations.append(found)
         if origin.n == case.n:
-            curves.append(_curve(found))
+            curves.append(loop_curves(found))
             ladders.append(climb(stairs, judge, origin, found.controller))
             if found.design is not None and found.design.model is not None and shapes:
-                shapes.append(_shapes(origin.basis, found.design.model, case.n))
+                shapes.append(mode_shapes(origin.basis, found.design.model, case.n))
     chosen = next(e for e in evaluations if e.origin == case.origin)
     return CaseResult(
         case,
@@ -348,11 +348,11 @@ def _summary(judge: Judge, chosen: Evaluation) -> TruthSummary:
         optimal_cost=optimum.h2_cost if optimum else None,
         optimal_verified=optimum is not None and optimum.certificate.verified,
         optimum_drift=drift if optimum else None,
-        hub_ratio=_hub_ratio(arm),
+        hub_ratio=hub_ratio(arm),
     )
 
 
-def _hub_ratio(arm: Arm) -> float:
+def hub_ratio(arm: Arm) -> float:
     """Return the hub's inertia over the beam's; of modal data what no mode moves over the rest."""
     if isinstance(arm.beam, ModalData):
         rigid = arm.beam.rigid_remainder(arm.hub_inertia)
@@ -360,7 +360,8 @@ def _hub_ratio(arm: Arm) -> float:
     return arm.hub_inertia / beam_inertia(arm)
 
 
-def _curve(evaluation: Evaluation) -> LoopCurves:
+def loop_curves(evaluation: Evaluation) -> LoopCurves:
+    """Return the curves of a design on the truth, and its slew."""
     loop = evaluation.judgement.loop
     drawn = curve(loop, _CURVE_POINTS, _CURVE_STEP)
     return LoopCurves(
@@ -373,7 +374,8 @@ def _curve(evaluation: Evaluation) -> LoopCurves:
     )
 
 
-def _shapes(source: str, model: Model, n: int) -> ModeShapes:
+def mode_shapes(source: str, model: Model, n: int) -> ModeShapes:
+    """Return the shapes of the first flexible modes of a model, as many as a figure shows."""
     modes = min(n, SHAPES_SHOWN)
     x = np.linspace(0.0, model.arm.beam.length, 51)
     displacements = (model.displacement(x) @ model.mode_shapes[:, 1 : modes + 1]).T

@@ -117,6 +117,35 @@ def follow(judgement: Judgement, name: str) -> Followed:
     return Followed(quantity, tuple(seen), converged=complete or _settled(quantity, seen))
 
 
+def at_once(judgement: Judgement, name: str) -> Followed:
+    """Return a quantity on the judgement's own truth alone, taken as if it stood still there.
+
+    Parameters
+    ----------
+    judgement : Judgement
+    name : str
+        Key of `slewctl.compare.QUANTITIES`.
+
+    Returns
+    -------
+    Followed
+        For a first look, while `follow` goes on.
+
+    Examples
+    --------
+    >>> import slewctl as sc
+    >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    >>> from slewctl.compare import at_once
+    >>> judged = problem.judge(sc.lqg(problem.plant("clamped-free", n=1)))
+    >>> [seen.modes for seen in at_once(judged, "gain_margin_db").seen]
+    [20]
+    """
+    reading = _read(judgement, name)
+    lost = math.isnan(reading.value) or (name == "stable" and not reading.value)
+    return Followed(QUANTITIES[name], (Seen(judgement.modes, reading),), converged=not lost)
+
+
 def _read(judgement: Judgement, name: str) -> Reading:
     """Return a reading, in doubt where the truth itself is not converged."""
     reading, tolerance = read(judgement, name), judgement.yardstick.model.tolerance

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from slewctl.files.example import example_design
     from slewctl.files.find import find_designs, is_study, name_designs
     from slewctl.files.lines import key_lines
-    from slewctl.files.reader import DesignFile, read_design, read_designs
+    from slewctl.files.reader import DesignFile, design_of_text, read_design, read_designs
     from slewctl.files.source import Source, read_source
     from slewctl.files.starters import STARTERS, starter_files
     from slewctl.files.study_file import read_study
@@ -21,6 +21,7 @@ __all__ = [
     "Source",
     "Variation",
     "computing_arm",
+    "design_of_text",
     "example_design",
     "find_arm",
     "find_designs",

@@ -33,7 +33,7 @@ from slewctl.files.measured_table import MeasuredPlant, read_measured
 from slewctl.files.refusals import validate_each
 from slewctl.files.schema import DESIGN_SCHEMA, MOST_SIGNALS, ArmTable, ControllerTable, DesignTable
 from slewctl.files.slew_table import slew_of_table
-from slewctl.files.source import Source, read_source
+from slewctl.files.source import Source, read_source, source_of_text
 from slewctl.files.uncertainty import Uncertainty, read_uncertainty, refuse_unweighed
 from slewctl.files.variations import Variation, read_variations
 from slewctl.plant import Objective
@@ -116,10 +116,44 @@ def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile
     >>> read_design(path).case.basis
     'clamped-free'
     """
-    source = read_source(path)
+    return _read(read_source(path), name or path.stem, slew)
+
+
+def design_of_text(text: str, path: Path, name: str = "") -> DesignFile:
+    """Return the design that the text of a file describes, as if it stood at a path.
+
+    Parameters
+    ----------
+    text : str
+    path : Path
+        What refusals name, and beside which other files are looked for; nothing is read there.
+    name : str, optional
+        As for `read_design`.
+
+    Returns
+    -------
+    DesignFile
+
+    Raises
+    ------
+    InputError
+        As `read_design`.
+
+    Examples
+    --------
+    >>> from slewctl.files import design_of_text, example_design
+    >>> path = example_design()
+    >>> text = path.read_text().replace("n = 1", "n = 2")
+    >>> design_of_text(text, path).case.n
+    2
+    """
+    return _read(source_of_text(text, path), name or path.stem)
+
+
+def _read(source: Source, name: str, needs_slew: bool = False) -> DesignFile:
     refuse_study(source)
     with source.computing():
-        return _design(source, name or path.stem, slew)
+        return _design(source, name, needs_slew)
 
 
 def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:

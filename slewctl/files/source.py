@@ -160,6 +160,27 @@ def read_source(path: Path) -> Source:
         raise InputError(
             f"cannot be read: {error.strerror}", where=str(path), remedy="check the path"
         ) from error
+    return source_of_text(text, path)
+
+
+def source_of_text(text: str, path: Path) -> Source:
+    """Return the text of a TOML file as if it stood at a path.
+
+    Parameters
+    ----------
+    text : str
+    path : Path
+        What refusals name, and beside which other files are looked for.
+
+    Returns
+    -------
+    Source
+
+    Raises
+    ------
+    InputError
+        As `read_source`, but for a file that cannot be read.
+    """
     _refuse_at_a_glance(path, text)
     try:
         content = tomllib.loads(text)

@@ -251,12 +251,12 @@ def section(
             e for e in result.evaluations if e.stable and result.slewed and e.judgement.saturation
         ],
         "inputs": _inputs(result),
-        **_drawn(result),
+        **drawn(result),
         "beside": _measured_figures(place, result.measured),
     }
 
 
-def _drawn(result: CaseResult) -> dict[str, Any]:
+def drawn(result: CaseResult) -> dict[str, Any]:
     """Return a case's figures, and what the page's script and the legend need of them."""
     designs = looks(result)
     return {

@@ -41,9 +41,10 @@ def looks(result: CaseResult) -> list[dict[str, Any]]:
 
 
 def figures(result: CaseResult) -> Iterator[tuple[str, Plot, str]]:
-    """Yield each figure's kind, the figure and its caption."""
+    """Yield each figure's kind, the figure and its caption; none of what there is nothing of."""
+    there = {"shapes": bool(result.shapes), "slew": result.slewed, "ladder": bool(result.ladders)}
     for kind, (draw, caption) in _FIGURES.items():
-        if (kind != "shapes" or result.shapes) and (kind != "slew" or result.slewed):
+        if there.get(kind, True):
             yield kind, draw(result), caption
 
 

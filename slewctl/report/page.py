@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
@@ -16,10 +17,17 @@ _PACKAGES = ("slewctl", "numpy", "scipy", "control", "matplotlib")
 
 def render(template: str, **values: Any) -> str:
     """Return the page that `template` makes of `values`, escaped for HTML or Markdown."""
+    page = _templates(template.endswith(".md")).get_template(template)
+    return page.render(versions=versions(), **values)
+
+
+@cache
+def _templates(is_markdown: bool) -> Environment:
+    """Return the templates, compiled once for all pages of a run."""
     environment = Environment(
         loader=PackageLoader("slewctl.report", "templates"),
         autoescape=select_autoescape(),
-        finalize=_harmless_markdown if template.endswith(".md") else _visible,
+        finalize=_harmless_markdown if is_markdown else _visible,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -29,7 +37,7 @@ def render(template: str, **values: Any) -> str:
         lost=lost, words=words,
     )  # fmt: skip
     environment.globals.update(zip=zip)
-    return environment.get_template(template).render(versions=versions(), **values)
+    return environment
 
 
 def _harmless_markdown(value: Any) -> Any:

@@ -110,7 +110,7 @@
     return { u, gain, phase, re: size * Math.cos(turn), im: size * Math.sin(turn) };
   };
 
-  const start = (section) => {
+  const start = (section, kept) => {
     const plots = [...section.querySelectorAll("figure[data-kind]")].map((figure) => ({ figure, svg: figure.querySelector("svg"), panels: [...figure.querySelectorAll(".panel")].map(readPanel) }));
     const panels = plots.flatMap((plot) => plot.panels), names = JSON.parse(section.dataset.names), modes = JSON.parse(section.dataset.modes);
     const part = { plots, panels, names, role: Object.fromEntries(panels.map((p) => [p.role, p])), cursor: null };
@@ -315,15 +315,34 @@
       label.append(box, ...item.childNodes);
       item.append(label);
       box.addEventListener("change", () => { section.classList.toggle(`off${k}`, !box.checked); redraw(); });
+      if (kept?.off[k]) box.click();
     });
+    // What is enlarged or hidden now, for plots that are put in the place of these.
+    const whole = ({ range, home }) => range.every((end, k) => end === home[k]);
+    section.kept = () => ({
+      off: names.map((_, k) => section.classList.contains(`off${k}`)),
+      zooms: Object.fromEntries(panels.map((p) => [p.role + p.link, [p.x, p.y].map((axis) => whole(axis) ? null : axis.range.map((u) => unbent(axis, u)))])),
+    });
+    for (const panel of kept ? panels : []) {
+      const [x, y] = (kept.zooms[panel.role + panel.link] ?? [null, null]).map((ends, k) => ends?.map((v) => bent([panel.x, panel.y][k], v)));
+      if (x || y) zoom(panel, x, y);
+    }
   };
   // Read when it is first opened: a page holds many designs.
-  for (const section of document.querySelectorAll("[data-names]")) {
-    const fold = section.closest("details");
-    const once = () => { if (!section.dataset.started) { section.dataset.started = "yes"; start(section); } };
-    if (!fold || fold.open) once();
-    else fold.addEventListener("toggle", once, { once: true });
-  }
+  const read = (kept) => {
+    for (const section of document.querySelectorAll("[data-names]")) {
+      const fold = section.closest("details");
+      const once = () => { if (!section.dataset.started) { section.dataset.started = "yes"; start(section, kept); } };
+      if (!fold || fold.open) once();
+      else fold.addEventListener("toggle", once, { once: true });
+    }
+  };
+  read();
+  // A page that puts other plots in their place says so, with what was kept of the former ones.
+  addEventListener("plots", (event) => {
+    document.querySelectorAll(".readout").forEach((old) => old.remove());
+    read(event.detail);
+  });
   const reveal = () => {
     const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
     for (let fold = target?.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;

@@ -1,0 +1,313 @@
+"""The explorer's page: sliders beside verdicts and curves, served to this machine alone."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from functools import cache
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import panel as pn
+import param
+from panel.custom import JSComponent
+
+from slewctl._threads import single_threaded
+from slewctl.compare import CaseResult, Judge
+from slewctl.compare.study.processes import Processes
+from slewctl.errors import InputError, SlewctlError
+from slewctl.explore.changed_file import changed_text
+from slewctl.explore.knobs import DELAY, SAMPLE_TIME, Knob, Value, knobs_of
+from slewctl.explore.result import Explored, before, explored
+from slewctl.files import DesignFile, design_of_text, read_design
+from slewctl.report.explorer import explorer_page, explorer_refusal
+from slewctl.textfile import write_bytes
+
+LOCAL = "127.0.0.1"
+"""The only address that is listened at: nothing of the page leaves this machine."""
+# They tell of every page that is closed, or refused.
+_TALKATIVE = ("bokeh.server.views.ws", "tornado.access")
+# In ms: as many moves of a slider as come within it are one.
+_PAUSE = 20
+# In pixels: the column of controls, and what is in it.
+_WIDTH, _INNER = 320, 290
+# The controls follow the screen as the results do; their library has but one theme at a time.
+_PAGE = """
+{% extends base %}
+{% block preamble %}
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>
+body { margin: 0; font: 1rem/1.5 system-ui, sans-serif; }
+@media (prefers-color-scheme: dark) {
+  :root { color-scheme: dark; --design-background-color: #15191d; --design-surface-color: #2b3238;
+    --design-background-text-color: #e6eaee; --design-surface-text-color: #e6eaee; }
+  body { background: #15191d; }
+}
+</style>
+{% endblock %}
+{% block contents %}{{ embed(roots.page) }}{% endblock %}
+"""
+
+
+class Results(JSComponent):
+    """The page of results in a frame of its own, with what the last settings gave."""
+
+    page = param.String(doc="The empty page.")
+    body = param.String(doc="What stands in it now.")
+
+    _esm = """
+export function render({ model }) {
+  const frame = document.createElement("iframe");
+  Object.assign(frame, { title: "Results", srcdoc: model.page });
+  frame.style = "border: 0; width: 100%; height: 100%; min-height: 40rem";
+  const put = () => {
+    const shown = frame.contentDocument, main = shown.querySelector("main");
+    const kept = shown.querySelector("[data-names]")?.kept?.();
+    main.innerHTML = model.body;
+    const { CustomEvent } = frame.contentWindow;
+    frame.contentWindow.dispatchEvent(new CustomEvent("plots", { detail: kept }));
+  };
+  frame.addEventListener("load", put);
+  model.on("body", put);
+  return frame;
+}
+"""
+
+
+def serve(path: Path, *, port: int = 0, show: bool = True, ready: Callable[[str], None]) -> None:
+    """Serve the explorer of a design until it is interrupted.
+
+    Parameters
+    ----------
+    path : Path
+        The design file.
+    port : int
+        Zero for any that is free.
+    show : bool
+        Whether a browser is opened.
+    ready : callable
+        Called with the address once there is something to be seen.
+
+    Raises
+    ------
+    SlewctlError
+        If the design cannot be judged as it is, or the port is taken.
+    """
+    design = read_design(path)
+    with design.source.computing():
+        knobs = knobs_of(design, Judge(design.case).truth)
+    beside = before(design)
+    for name in _TALKATIVE:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    with Processes(1) as pool:
+        shared = Shared(design, knobs, beside, pool)
+        shared.confirm(design.source.text)  # starts the process, which loads for a second
+        try:
+            server = pn.serve(
+                {"/": lambda: Session(shared).view()},
+                address=LOCAL,
+                port=port,
+                show=False,
+                start=False,
+                title=f"{design.case.name}: explorer",
+                websocket_origin=[f"{host}:{port}" for host in (LOCAL, "localhost")]
+                if port
+                else None,
+                verbose=False,
+            )
+        except OSError as error:
+            raise InputError(
+                f"cannot be listened at: {error.strerror}", where="--port", remedy="give another"
+            ) from error
+        server.start()
+        ready(f"http://{LOCAL}:{server.port}/")
+        if show:
+            server.show("/")
+        try:
+            server.io_loop.start()
+        finally:
+            server.stop()
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What all visitors of the page have in common.
+
+    Attributes
+    ----------
+    design : DesignFile
+    knobs : tuple of Knob
+    beside : CaseResult or None
+        The design of the file as it is.
+    pool : Processes
+        Where verdicts are confirmed, so that the sliders never wait for it.
+    saved : set of Path
+        What was written here and may be written again.
+    """
+
+    design: DesignFile
+    knobs: tuple[Knob, ...]
+    beside: CaseResult | None
+    pool: Processes
+    saved: set[Path] = field(default_factory=set)
+
+    def confirm(self, text: str) -> Future[str]:
+        """Have the gate's verdicts on a text made into a part of the page."""
+        own = self.design
+        return self.pool.submit(_confirmed, text, own.path, own.case.name, own.source.text)
+
+    def save(self, name: str, settings: Mapping[str, Value]) -> Path:
+        """Write the design as it is set beside its file, over nothing that was there before."""
+        path = self.design.path.with_name(name or "?")
+        where = f"save as {name}"
+        if Path(name).name != name or path.suffix != ".toml":
+            raise InputError("is no name of a TOML file", where=where, remedy="as in arm-2.toml")
+        if path.exists() and path not in self.saved:
+            raise InputError("exists already", where=where, remedy="give another name")
+        text = changed_text(self.design, settings)
+        design_of_text(text, path)
+        write_bytes(path, text.encode())
+        self.saved.add(path)
+        return path
+
+
+class Session:
+    """One visitor's settings, and what they give.
+
+    Parameters
+    ----------
+    shared : Shared
+    """
+
+    def __init__(self, shared: Shared) -> None:
+        self.shared = shared
+        self.own = {knob.key: knob.value for knob in shared.knobs}
+        self.widgets = {knob.key: _widget(knob) for knob in shared.knobs}
+        self.results = Results(page=explorer_page(), sizing_mode="stretch_both")
+        self.name = pn.widgets.TextInput(
+            name="Save as design file",
+            width=_INNER,
+            value=f"{shared.design.path.stem}-explored.toml",
+        )
+        self.told = pn.pane.HTML("", width=_INNER, styles={"overflow-wrap": "anywhere"})
+        self.text = ""
+        self.waiting: Future[str] | None = None
+        self.scheduled = False
+        self.document: Any = None
+
+    def view(self) -> pn.Template:
+        """Return the page."""
+        self.document = pn.state.curdoc
+        for widget in self.widgets.values():
+            widget.param.watch(self._turned, "value")
+        reset = pn.widgets.Button(name="Back to the file", width=_INNER)
+        reset.on_click(lambda _: self._reset())
+        save = pn.widgets.Button(name="Save", button_type="primary", width=_INNER)
+        save.on_click(lambda _: self._save())
+        self._show()
+        controls = [*self.widgets.values(), reset, self.name, save, self.told]
+        beside = {"flex": "1 1 24rem", "min-width": "min(20rem, 100%)", "height": "97vh"}
+        page = pn.Template(_PAGE)
+        page.add_panel(
+            "page",
+            pn.FlexBox(
+                pn.Column(*controls, width=_WIDTH),
+                pn.Column(self.results, sizing_mode="stretch_both", styles=beside),
+                flex_wrap="wrap",
+                sizing_mode="stretch_width",
+            ),
+        )
+        return page
+
+    @property
+    def settings(self) -> dict[str, Value]:
+        """What is set otherwise than in the file; no delay without a clock."""
+        now = {key: widget.value for key, widget in self.widgets.items()}
+        if not now.get(SAMPLE_TIME, 1.0):
+            now.pop(DELAY, None)
+        return {key: value for key, value in now.items() if value != self.own[key]}
+
+    def _turned(self, _: object) -> None:
+        """Look again soon: what comes meanwhile is looked at together."""
+        if not self.scheduled:
+            self.scheduled = True
+            self.document.add_timeout_callback(self._show, _PAUSE)
+
+    def _show(self) -> None:
+        self.scheduled = False
+        if DELAY in self.widgets:
+            self.widgets[DELAY].disabled = not self.widgets[SAMPLE_TIME].value
+        try:
+            found = _first_look(self.shared, self.settings)
+        except SlewctlError as error:
+            self.text = ""
+            self.results.body = explorer_refusal(str(error))
+            return
+        self.text = found.text
+        self.results.body = found.body
+        if self.waiting is None:
+            self._confirm()
+
+    def _confirm(self) -> None:
+        """Have what is shown confirmed; what is set meanwhile is confirmed next."""
+        text = self.text
+        self.waiting = self.shared.confirm(text)
+        self.waiting.add_done_callback(
+            lambda done: self.document.add_next_tick_callback(lambda: self._arrived(text, done))
+        )
+
+    def _arrived(self, text: str, done: Future[str]) -> None:
+        self.waiting = None
+        if done.cancelled() or not self.text:
+            return
+        if text == self.text:
+            self.results.body = done.result()
+        else:
+            self._confirm()
+
+    def _reset(self) -> None:
+        for key, widget in self.widgets.items():
+            widget.value = self.own[key]
+
+    def _save(self) -> None:
+        try:
+            path = self.shared.save(self.name.value or "", self.settings)
+        except SlewctlError as error:
+            self.told.object = escape(str(error))
+        else:
+            name = escape(str(path))
+            self.told.object = f"Saved: {name}<br>Next: slewctl check {name}"
+
+
+def _widget(knob: Knob) -> Any:
+    """Return the slider of a knob, or the choice of a basis."""
+    if isinstance(knob.value, str):
+        return pn.widgets.Select(
+            name=knob.label, options=list(knob.values), value=knob.value, width=_INNER
+        )
+    options = {knob.text(value): value for value in knob.values}
+    return pn.widgets.DiscreteSlider(
+        name=knob.label, options=options, value=knob.value, width=_INNER
+    )
+
+
+@single_threaded
+def _first_look(shared: Shared, settings: Mapping[str, Value]) -> Explored:
+    return explored(shared.design, settings, beside=shared.beside, confirm=False)
+
+
+@single_threaded
+def _confirmed(text: str, path: Path, name: str, own: str) -> str:
+    """Return what the gate says of a text, as a part of the page; in a process of its own."""
+    try:
+        return explored(design_of_text(text, path, name), beside=_own(own, path, name)).body
+    except SlewctlError as error:
+        return explorer_refusal(str(error))
+
+
+@cache
+def _own(text: str, path: Path, name: str) -> CaseResult | None:
+    return before(design_of_text(text, path, name))

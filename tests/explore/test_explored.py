@@ -1,0 +1,208 @@
+"""What the sliders do to a design file, and that what is then seen is what the gate says of it."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slewctl.arm import ModalData, vary
+from slewctl.basis import MODAL
+from slewctl.check import judge_at_once
+from slewctl.compare import Judge, evaluate, read
+from slewctl.errors import SlewctlError
+from slewctl.explore import Knob, changed_text, explored, knobs_of
+from slewctl.explore.knobs import DAMPING, DELAY, SAMPLE_TIME, STIFFNESS
+from slewctl.explore.result import before
+from slewctl.files import DesignFile, design_of_text, example_design, find_designs, read_design
+from slewctl.files.starters import STARTERS, starter_files
+from slewctl.gate import verdicts
+
+DESIGNS = Path(__file__).parents[2] / "designs"
+FILES = [*find_designs([DESIGNS]), *find_designs([DESIGNS / "rigs"])]
+
+
+def knobs(design: DesignFile) -> tuple[Knob, ...]:
+    return knobs_of(design, Judge(design.case).truth)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_the_file_stands_among_what_its_keys_may_be_given(path: Path) -> None:
+    design = read_design(path)
+    found = knobs(design)
+    assert len({knob.key for knob in found}) == len(found) >= 5
+    for knob in found:
+        assert knob.value in knob.values
+        assert len({knob.text(value) for value in knob.values}) == len(knob.values)
+        if knob.key != "model.basis":
+            assert list(knob.values) == sorted(knob.values)
+    # A design is turned by its model and its speed; a given law by its gains, if it has some.
+    given = design.case.is_given
+    assert ("model.n" in {knob.key for knob in found}) != given
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_file_of_which_nothing_is_changed_is_the_file(path: Path) -> None:
+    design = read_design(path)
+    own = {knob.key: knob.value for knob in knobs(design)}
+    if not own.get(SAMPLE_TIME, 1.0):
+        own.pop(DELAY, None)
+    assert changed_text(design, {}) == design.source.text
+    again = design_of_text(changed_text(design, own), path)
+    assert (again.case.arm, again.case.options) == (design.case.arm, design.case.options)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_changed_key_is_the_only_one_that_changes(path: Path) -> None:
+    design = read_design(path)
+    for knob in knobs(design):
+        if knob.key in (STIFFNESS, DAMPING, "model.basis"):
+            continue
+        place = knob.values.index(knob.value)
+        value = knob.values[place + 1 if place + 1 < len(knob.values) else place - 1]
+        text = changed_text(design, {knob.key: value})
+        assert at(tomllib.loads(text), knob.key) == value
+        there, here = (flat(tomllib.loads(t)) for t in (design.source.text, text))
+        changed = {key for key in there.keys() | here.keys() if there.get(key) != here.get(key)}
+        assert changed == {knob.key}
+        assert comments(text) == comments(design.source.text)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
+def test_stiffness_and_damping_are_those_of_a_varied_arm(path: Path, factor: float) -> None:
+    design = read_design(path)
+    arm = design.case.arm
+    text = changed_text(design, {STIFFNESS: factor})
+    stiffer = design_of_text(text, path).case.arm
+    expected = vary(arm, stiffness_factor=factor) if not isinstance(arm.beam, ModalData) else None
+    if expected is None:
+        assert stiffer.beam.frequencies_hz == pytest.approx(
+            np.sqrt(factor) * np.array(arm.beam.frequencies_hz), rel=1e-11
+        )
+    else:
+        x = np.linspace(0.0, 1.0, 7)
+        for profile in ("mass_profile", "stiffness_profile"):
+            here, there = (getattr(each.beam, profile)(x) for each in (stiffer, expected))
+            np.testing.assert_allclose(here, there, rtol=1e-11)
+        for part in ("hub", "payload", "motor", "joint", "actuator", "sensors", "damping_ratio"):
+            assert getattr(stiffer, part) == getattr(arm, part)
+    if any(knob.key == DAMPING for knob in knobs(design)):
+        text = changed_text(design, {DAMPING: factor})
+        damped = design_of_text(text, path).case.arm.damping_ratio
+        np.testing.assert_allclose(damped, factor * np.array(arm.damping_ratio), rtol=1e-11)
+
+
+@pytest.mark.parametrize("origin", STARTERS)
+def test_every_file_to_begin_with_can_be_explored(origin: str, tmp_path: Path) -> None:
+    for name, text in starter_files(origin, "arm.toml").items():
+        (tmp_path / name).write_text(text)
+    found = explored(tmp_path / "arm.toml", {STIFFNESS: 1.26}, confirm=False)
+    assert found.result.chosen.stable
+    assert comments(changed_text(read_design(tmp_path / "arm.toml"), {"model.n": 1}))
+
+
+def test_no_clock_takes_its_delay_out_of_the_file() -> None:
+    design = read_design(DESIGNS / "06-sampled-lqg-with-delay.toml")
+    text = changed_text(design, {SAMPLE_TIME: 0.0, DELAY: 0.002})
+    assert {"sample_time", "delay"}.isdisjoint(tomllib.loads(text)["controller"])
+    assert design_of_text(text, design.path).case.options == {}
+
+
+def test_a_table_that_is_missing_is_made_where_it_is_needed() -> None:
+    design = read_design(example_design())
+    text = changed_text(design, {"arm.actuator.delay": 0.01, "arm.payload.mass": 0.0})
+    assert 'catalogue = "paper-beam"' in text
+    arm = design_of_text(text, design.path).case.arm
+    assert arm.actuator is not None
+    assert (arm.actuator.delay, arm.payload.mass) == (0.01, 0.0)
+
+
+@given(data=st.data())
+@settings(max_examples=15)
+def test_what_is_set_is_read_again_or_refused_in_one_line(data: st.DataObject) -> None:
+    design = read_design(data.draw(st.sampled_from(FILES)))
+    chosen = {k.key: data.draw(st.sampled_from(k.values), k.key) for k in knobs(design)}
+    if not chosen.get(SAMPLE_TIME, 1.0):
+        chosen.pop(DELAY, None)
+    text = changed_text(design, chosen)
+    try:
+        again = design_of_text(text, design.path)
+    except SlewctlError as error:
+        refusal = str(error)
+        assert len(refusal.splitlines()) == 1
+        return
+    if not again.case.is_given:
+        assert again.case.n == chosen["model.n"]
+        assert again.case.basis in (chosen["model.basis"], MODAL)
+
+
+def test_what_is_confirmed_is_what_the_gate_says_of_the_saved_file(tmp_path: Path) -> None:
+    found = explored(DESIGNS / "12-any-payload.toml", {"arm.hub.inertia": 0.25, "model.n": 1})
+    path = tmp_path / "saved.toml"
+    path.write_text(found.text)
+    saved = read_design(path)
+    gate = verdicts(saved, evaluate(saved.case).judgement)
+    assert [(f.arm, f.verdict) for f in found.findings] == [(f.arm, f.verdict) for f in gate]
+    assert {f.arm for f in gate} == {"nominal", "loaded"}
+    assert found.confirmed
+    assert found.holds
+    assert found.result.ladders[0].rungs[-1].modes == saved.case.truth_modes
+
+
+def test_a_first_look_is_of_one_truth_and_says_so() -> None:
+    found = explored(DESIGNS / "03-boom-with-payload.toml", {"model.n": 2}, confirm=False)
+    judgement = found.result.chosen.judgement
+    for finding in found.findings:
+        verdict = finding.verdict
+        assert verdict.value == read(judgement, verdict.quantity.name).value
+        assert [modes for modes, _ in verdict.seen] == [found.result.case.truth_modes]
+    assert "being confirmed" in found.body
+    assert found.result.ladders == ()
+
+
+def test_an_unstable_loop_fails_at_once() -> None:
+    late = {"arm.actuator.delay": 0.05, "controller.pid.kp": 60.0}
+    found = explored(DESIGNS / "14-given-pid.toml", late, confirm=False)
+    assert not found.result.chosen.stable
+    failed = judge_at_once(found.result.chosen.judgement, {"gain_margin_db": 0.0})
+    assert [verdict.passed for verdict in failed] == [False, False]
+    assert "unstable" in found.body
+
+
+def test_the_file_itself_stays_beside_what_is_set() -> None:
+    design = read_design(example_design())
+    own = before(design)
+    found = explored(design, {"model.n": 3}, beside=own, confirm=False)
+    labels = [str(curve.origin) for curve in found.result.curves]
+    assert labels == ["as in the file: clamped-free, n = 1", "clamped-free, n = 3"]
+    np.testing.assert_array_equal(found.result.curves[0].gain_db, own.curves[0].gain_db)
+    assert all(label in found.body for label in labels)
+    assert before(read_design(DESIGNS / "14-given-pid.toml")) is None
+
+
+def test_a_notebook_gets_the_whole_page_in_a_frame() -> None:
+    shown = explored(example_design())._repr_html_()
+    assert shown.startswith("<iframe")
+    assert "&lt;script&gt;" in shown
+    assert "http://" not in shown.replace("http://www.w3.org", "")
+
+
+def at(content: dict, key: str) -> object:
+    for name in key.split("."):
+        content = content[name]
+    return content
+
+
+def flat(content: object, way: str = "") -> dict[str, object]:
+    if not isinstance(content, dict):
+        return {way[1:]: content}
+    return {k: v for name, item in content.items() for k, v in flat(item, f"{way}.{name}").items()}
+
+
+def comments(text: str) -> list[str]:
+    return [line.partition("#")[2] for line in text.splitlines() if "#" in line]
