@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import textwrap
 import tomllib
 from pathlib import Path
@@ -100,3 +101,24 @@ def test_what_is_published_is_of_one_version_and_asks_for_the_same_packages() ->
 def test_what_others_read_is_yaml(path: Path) -> None:
     yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")
     assert yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def test_a_registrys_page_finds_picture_and_pages(tmp_path: Path) -> None:
+    for file in ("README.md", ".ci/registry_readme.py"):
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / file, tmp_path / file)
+    subprocess.run(
+        [sys.executable, str(tmp_path / ".ci/registry_readme.py"), "some/where", "v1.2.3"],
+        check=True,
+    )
+    text = (tmp_path / "README.md").read_text(encoding="utf-8")
+    addresses = re.findall(r"]\(([^)]*)\)", text)
+    picture = "https://raw.githubusercontent.com/some/where/v1.2.3/reports/picture.png"
+    assert addresses[0] == picture
+    pages = "https://github.com/some/where/blob/v1.2.3/"
+    own = [address for address in addresses if address != picture]
+    assert len(own) > 5
+    for address in own:
+        assert (ROOT / address.removeprefix(pages)).exists(), address
+    assert "    pip install slewctl\n" in text
+    assert "OWNER" not in text
