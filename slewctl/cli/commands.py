@@ -294,9 +294,18 @@ def replay_command(
     help="Run on this Dask cluster, such as tcp://host:8786; needs slewctl[dask]. It runs the "
     "code that it is sent: name only one that you trust, in a network that you trust.",
 )  # fmt: skip
+@click.option("--slice", "slices", multiple=True, metavar="AXIS=VALUE",
+              help="Draw the maps at this value, such as bandwidth=0.1 or sensors=theta; "
+              "repeatable. With --resume, of a study that is done.")  # fmt: skip
 @PARQUET
 def study_command(
-    file: Path, out: Path, resume: bool, workers: int | None, dask: str | None, parquet: bool
+    file: Path,
+    out: Path,
+    resume: bool,
+    workers: int | None,
+    dask: str | None,
+    slices: tuple[str, ...],
+    parquet: bool,
 ) -> None:
     """Try the grid of designs in FILE on the truth and report which basis wins where.
 
@@ -308,7 +317,7 @@ def study_command(
         raise click.UsageError("--workers is for processes here; --dask has its own workers")
     from slewctl.cli.study import study
 
-    study(file, out, resume=resume, workers=workers, dask=dask, parquet=parquet)
+    study(file, out, resume=resume, workers=workers, dask=dask, slices=slices, parquet=parquet)
 
 
 @cli.command("recommend")

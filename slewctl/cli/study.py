@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
@@ -36,14 +36,24 @@ from slewctl.compare import (
 )
 from slewctl.compare.study.grid import check_sensors
 from slewctl.compare.study.processes import ENDINGS
+from slewctl.compare.study.slices import COMMON
 from slewctl.design.clocked import read_clock
+from slewctl.errors import InputError, check_choice
 from slewctl.files import computing_arm, find_arm, read_study
 
 
 def study(
-    file: Path, out: Path, *, resume: bool, workers: int | None, dask: str | None, parquet: bool
+    file: Path,
+    out: Path,
+    *,
+    resume: bool,
+    workers: int | None,
+    dask: str | None,
+    slices: Sequence[str],
+    parquet: bool,
 ) -> None:
     """Run a study, or go on with one, and write its report."""
+    wanted = _slices(slices)
     asked = read_study(file)
     results = out / "results.jsonl"
     with _resumable(results):
@@ -62,13 +72,26 @@ def study(
                 asked, results, stamp=_stamp(asked), executor=executor,
                 workers=workers, resume=resume, progress=step, notice=_notice,
             )  # fmt: skip
-        page = write_study(result, out, as_parquet=parquet)
+        with options_named({"slice": "--slice"}):
+            page = write_study(result, out, as_parquet=parquet, wanted=wanted)
     for sentence in result.answer.sentences:
         OUT.print(sentence)
     if result.refused:
         refused = f"{result.refused} of {len(result.rows)} designs could not be made"
         OUT.print(f"{refused}; rows.csv.gz says why")
     OUT.print(f"report: {page}")
+
+
+def _slices(given: Sequence[str]) -> dict[str, str]:
+    """Return the values asked for by their axes."""
+    wanted = {}
+    for text in given:
+        axis, sign, value = text.partition("=")
+        check_choice(axis, COMMON, "--slice")
+        if not (sign and value):
+            raise InputError("no value", where=f"--slice {axis}", remedy=f"as in {axis}=0.1")
+        wanted[axis] = value
+    return wanted
 
 
 def _stamp(study: Study) -> dict[str, Any]:

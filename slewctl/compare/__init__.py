@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from slewctl.compare.reductions import ReductionRow, Reductions, compare_reductions
     from slewctl.compare.single_design import glance
     from slewctl.compare.study.answer import (
-        GOOD,
         MEDIANS,
         PAPERS,
         Answer,
@@ -45,12 +44,14 @@ if TYPE_CHECKING:
     )
     from slewctl.compare.study.count import count_points
     from slewctl.compare.study.dask_cluster import dask_cluster
+    from slewctl.compare.study.designs import GOOD
     from slewctl.compare.study.grid import Grid, Point, Setting, Study
     from slewctl.compare.study.point import COLUMNS, Work, evaluate_point
     from slewctl.compare.study.recommend import Recommendation, Trial, count_trials, recommend
-    from slewctl.compare.study.result import StudyResult, StudySlice
+    from slewctl.compare.study.result import StudyResult
     from slewctl.compare.study.results_file import rows
     from slewctl.compare.study.run import run_study
+    from slewctl.compare.study.slices import StudySlice
     from slewctl.compare.study.sweep import Piece, WorkerDiedError, sweep
     from slewctl.compare.worst_arm import VariedArm, WorstCase, worst_case
     from slewctl.loop.robust.destabilised_mode import DestabilisedMode, destabilised_mode

@@ -15,7 +15,7 @@ from dataclasses import fields, is_dataclass
 from enum import Enum
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -107,23 +107,40 @@ def _nested(value: dict[str, Any]) -> bool:
 
 def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
     """Return rows, all with the same keys, as CSV text with a header."""
-    listed = [{key: _csv_cell(item) for key, item in row.items()} for row in rows]
     out = io.StringIO()
-    if listed:
-        writer = csv.DictWriter(out, fieldnames=list(listed[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(listed)
+    _write_csv(rows, out)
     return out.getvalue()
+
+
+def _write_csv(rows: Iterable[Mapping[str, Any]], out: TextIO) -> None:
+    """Write rows one by one, so that a million of them need no memory."""
+    writer = None
+    for row in rows:
+        if writer is None:
+            writer = csv.DictWriter(out, fieldnames=list(row), lineterminator="\n")
+            writer.writeheader()
+        writer.writerow({key: _csv_cell(item) for key, item in row.items()})
 
 
 def _csv_cell(item: Any) -> Any:
     """Return a cell: text is made harmless, and infinite numbers become words."""
+    # Most cells of a long table are these.
+    if item is None or type(item) is int:
+        return item
+    if type(item) is float and math.isfinite(item):
+        return _rounded(item, _DIGITS)
     return csv_cell(item) if isinstance(item, str) else to_plain(item)
 
 
 def packed_csv(rows: Iterable[Mapping[str, Any]]) -> bytes:
     """Return long tables as gzipped CSV, the same bytes every time; pandas reads it as it is."""
-    return gzip.compress(csv_text(rows).encode(), mtime=0)
+    packed = io.BytesIO()
+    with (
+        gzip.GzipFile(fileobj=packed, mode="wb", mtime=0) as file,
+        io.TextIOWrapper(file, encoding="utf-8", newline="") as out,
+    ):
+        _write_csv(rows, out)
+    return packed.getvalue()
 
 
 def check_parquet() -> None:
@@ -160,8 +177,11 @@ def parquet(rows: Sequence[Mapping[str, Any]]) -> bytes:
     import pyarrow  # an option: only those who ask for Parquet need it
     import pyarrow.parquet
 
+    # Column by column: rows as mappings would take several times the memory of what they hold.
+    names = list(rows[0]) if rows else []
+    columns = {name: [row[name] for row in rows] for name in names}
     out = io.BytesIO()
-    pyarrow.parquet.write_table(pyarrow.Table.from_pylist(list(rows)), out, compression="zstd")
+    pyarrow.parquet.write_table(pyarrow.table(columns), out, compression="zstd")
     return out.getvalue()
 
 

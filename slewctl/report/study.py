@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,17 @@ from slewctl.report.page import render, versions
 from slewctl.report.study_figures import AXIS_NAMES, duel_figure
 from slewctl.report.study_map import map_data, map_figure
 
+# A page holds no more: as many are read, and the rest are drawn when they are asked for.
+MOST_MAPS = 24
 
-def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) -> Path:
+
+def write_study(
+    result: StudyResult,
+    folder: Path,
+    *,
+    as_parquet: bool = False,
+    wanted: Mapping[str, str] | None = None,
+) -> Path:
     """Write the report of a study and return the path of its page.
 
     Parameters
@@ -24,6 +33,9 @@ def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) 
         counted from) and ``rows.csv.gz`` (every design).
     as_parquet : bool
         Whether to write ``rows.parquet`` too, which needs pyarrow.
+    wanted : mapping of str to str, optional
+        At which values of the axes the maps are, such as ``{"bandwidth": "0.1"}``; by default
+        the widest, as many as a page holds.
 
     Returns
     -------
@@ -33,6 +45,7 @@ def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) 
     ------
     InputError
         If the folder cannot be written, or pyarrow is missing; nothing is left half-written.
+        For what is no axis of a map, or a value at which there is none.
 
     Examples
     --------
@@ -40,6 +53,7 @@ def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) 
     >>> from slewctl.report import write_study
     >>> write_study(result, Path("report"))  # doctest: +SKIP
     """
+    slices = result.sliced(wanted or {})
     answer = result.answer
     shown: dict[str, Any] = {
         "result": result,
@@ -53,14 +67,15 @@ def write_study(result: StudyResult, folder: Path, *, as_parquet: bool = False) 
     }
     papers = [d for d in answer.duels if (d.first, d.second) == PAPERS]
     figures = {
-        "maps": [(part, map_figure(part), map_data(part)) for part in result.slices],
-        "widest": max((len(part.hub_ratios) for part in result.slices), default=0),
+        "maps": [(part, map_figure(part), map_data(part)) for part in slices[:MOST_MAPS]],
+        "widest": max((len(part.hub_ratios) for part in slices[:MOST_MAPS]), default=0),
+        "left_out": max(len(slices) - MOST_MAPS, 0),
         "duel": duel_figure(papers, answer.elsewhere, "duel") if papers else "",
     }
     results = {"versions": versions(), "study": result.study, "answer": answer}
     files: dict[str, str | bytes] = {
         "index.html": render("study.html", **shown, **figures),
-        "index.md": render("study.md", **shown, maps=figures["maps"]),
+        "index.md": render("study.md", **shown, maps=figures["maps"], left_out=figures["left_out"]),
         "results.json": json_text(results),
         "rows.csv.gz": packed_csv(result.rows),
     }

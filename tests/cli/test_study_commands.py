@@ -57,6 +57,26 @@ def files(folder: Path) -> dict[str, bytes]:
     return {p.name: p.read_bytes() for p in folder.iterdir() if p.suffix != ".jsonl"}
 
 
+def test_maps_are_drawn_of_the_slice_that_is_named(
+    study: Path, tmp_path: Path, in_threads: None
+) -> None:
+    out = tmp_path / "out"
+    assert slewctl("study", str(study), "--out", str(out), "--slice", "sensors").stderr == (
+        "slewctl: --slice sensors: no value; as in sensors=0.1\n"
+    )
+    wrong = slewctl("study", str(study), "--out", str(out), "--slice", "basis=slewing")
+    assert wrong.returncode == 2
+    assert "--slice: unknown name 'basis'" in wrong.stderr
+    assert not out.exists()
+    assert slewctl("study", str(study), "--out", str(out), "--workers", "1").returncode == 0
+    none = slewctl("study", str(study), "--out", str(out), "--resume", "--slice", "bandwidth=9")
+    assert none.returncode == 2
+    assert "--slice: no slice has bandwidth = '9'; there are " in none.stderr
+    done = slewctl("study", str(study), "--out", str(out), "--resume", "--slice", "method=lqg")
+    assert done.returncode == 0
+    assert '<figure class="map">' in (out / "index.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("in_threads")
 def test_study_answers_and_goes_on_where_it_was(study: Path, tmp_path: Path) -> None:

@@ -33,6 +33,7 @@ from slewctl.compare import (
 )
 from slewctl.compare.case import Case
 from slewctl.compare.study.answer import answer, duel
+from slewctl.compare.study.designs import Designs
 from slewctl.compare.study.grid import arm_of, objective_of, omega_of
 from slewctl.compare.study.point import column
 from slewctl.errors import DesignError, InputError
@@ -255,16 +256,16 @@ def test_duels_count_wins_draws_and_losses() -> None:
         invented("clamped-free", 1.0, 2, 0.001), invented("slewing", 1.0, 2, 0.002),
         invented("clamped-free", 1.0, 3, 0.001),  # no partner: no pair
     ]  # fmt: skip
-    total = duel(rows, "clamped-free", "slewing")
+    total = duel(Designs(rows), "clamped-free", "slewing")
     assert (total.first_wins, total.second_wins, total.draws) == (1, 1, 2)
-    found = answer(rows)
+    found = answer(Designs(rows))
     assert "2 of 4 pairs" in found.sentences[0]
     where = found.sentences[1].replace("\N{NO-BREAK SPACE}", " ")
     assert (
         "Without a hub the slewing basis wins more pairs, 1 to 0; with a hub inertia of 1 " in where
     )
     assert "Without a hub neither has a design that loses at most 5 %" in where
-    turned = duel(rows, "slewing", "clamped-free")
+    turned = duel(Designs(rows), "slewing", "clamped-free")
     assert (turned.first_wins, turned.second_wins) == (total.second_wins, total.first_wins)
     assert found.told_by_frequencies == (2, 2)
     (by_order,) = {d.axis for d in found.elsewhere}
@@ -276,30 +277,30 @@ def test_the_basis_to_take_is_named_with_its_equals() -> None:
     rows = [invented(basis, 1.0, n, loss) for n in range(1, 101) for basis, loss in
             (("clamped-free", 0.01 if n > 40 else None), ("slewing", 0.9),
              ("hub-matched", 0.01 if n > 1 else 0.9), ("arm-matched", 0.01))]  # fmt: skip
-    last = answer(rows).sentences[-1].replace("\N{NO-BREAK SPACE}", " ")
+    last = answer(Designs(rows)).sentences[-1].replace("\N{NO-BREAK SPACE}", " ")
     assert "take arm-matched (100 % of its 100 LQG and H2 designs are stable" in last
     assert ") or hub-matched (99 %); with clamped-free 60 % and with slewing 0 %." in last
 
 
 def test_no_good_design_is_no_recommendation() -> None:
     rows = [invented("slewing", 1.0, n, 0.9) for n in (1, 2)]
-    assert answer(rows).sentences[-1].startswith("Of 2 LQG and H2 designs none are stable")
-    assert answer([]).sentences == ("No design could be made; the rows say why.",)
+    assert answer(Designs(rows)).sentences[-1].startswith("Of 2 LQG and H2 designs none are stable")
+    assert answer(Designs([])).sentences == ("No design could be made; the rows say why.",)
 
 
 def test_bases_that_share_no_setting_or_method_are_told_apart_without_a_crash() -> None:
     apart = [invented("clamped-free", 0.0, 2, 0.1), invented("slewing", 0.0, 3, 0.1)]
-    found = answer(apart)
+    found = answer(Designs(apart))
     assert found.duels == found.elsewhere == ()
     assert not any("pairs" in sentence for sentence in found.sentences)
     other = [invented("clamped-free", 0.0, 2, 0.01),
              invented("slewing", 0.0, 2, 0.01) | {"method": "pd-notch"}]  # fmt: skip
-    assert [share.basis for share in answer(other).shares] == ["clamped-free"]
+    assert [share.basis for share in answer(Designs(other)).shares] == ["clamped-free"]
 
 
 def test_the_gap_is_held_against_the_truth_that_it_is_measured_to() -> None:
     row = invented("slewing", 0.0, 2, 0.1) | {"stable_on_twice": False, "generalised_margin": 0.3}
-    gap = answer([row]).gap
+    gap = answer(Designs([row])).gap
     assert gap is not None
     assert (gap.stable, gap.certified, gap.refuted) == (1, 1, 0)
 
@@ -326,7 +327,7 @@ def test_modes_lost_and_gaps_are_counted() -> None:
     rows.append(invented("slewing", 1.0, 1, None) | {"unstable_mode": 0})
     rows.append(invented("slewing", 1.0, 2, None) | {"unstable_mode": 2})
     rows.append(invented("slewing", 1.0, 3, None) | {"unstable_mode": 9})
-    found = answer(rows)
+    found = answer(Designs(rows))
     (lost,) = found.lost
     assert (lost.rigid, lost.kept, lost.next, lost.higher) == (1, 1, 1, 1)
     gap = found.gap
@@ -337,19 +338,19 @@ def test_modes_lost_and_gaps_are_counted() -> None:
 
 def test_shares_tell_medians_of_the_stable_and_the_worst_condition() -> None:
     rows = [invented("slewing", 0.0, n, loss) for n, loss in enumerate((None, 0.5, 0.1, 0.2), 1)]
-    (share,) = answer(rows).shares
+    (share,) = answer(Designs(rows)).shares
     assert (share.designs, share.stable, share.good, share.condition) == (4, 3, 0, 4.0)
     assert share.medians == dict.fromkeys(MEDIANS, 2.0)
-    (none,) = answer(rows[:1]).shares
+    (none,) = answer(Designs(rows[:1])).shares
     assert none.medians == {}
 
 
 def test_a_reduction_is_counted_against_every_basis() -> None:
     rows = [invented(name, 0.0, n, loss) for n in (1, 2) for name, loss in
             (("slewing", 0.1), ("arm-matched", 0.001), ("balanced-truncation", 0.002))]  # fmt: skip
-    found = answer(rows)
+    found = answer(Designs(rows))
     assert {(d.first, d.second) for d in found.duels} == {("slewing", "arm-matched")}
-    assert len(answer(rows[:3]).reductions) == 2  # one order is enough
+    assert len(answer(Designs(rows[:3])).reductions) == 2  # one order is enough
     results = {(d.first, d.value): (d.first_wins, d.draws, d.second_wins) for d in found.reductions}
     assert results == {
         ("slewing", 1): (0, 0, 1), ("slewing", 2): (0, 0, 1),

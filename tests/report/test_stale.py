@@ -14,7 +14,8 @@ import pytest
 from browsing import value
 
 from slewctl.compare import StudyResult, Work, evaluate, evaluate_point, quantities_of, read
-from slewctl.compare.study.answer import HUB, PAPERS, along, answer
+from slewctl.compare.study.answer import PAPERS, along, answer
+from slewctl.compare.study.designs import HUB, Designs
 from slewctl.files import read_designs, read_study
 from slewctl.report import write_study
 from slewctl.report.export import to_plain
@@ -93,10 +94,11 @@ def study_rows() -> list[dict[str, Any]]:
 
 def test_the_guide_counts_what_the_study_does() -> None:
     rows = study_rows()
-    found = answer(rows)
+    designs = Designs(rows)
+    found = answer(designs)
     text = " ".join((ROOT / "docs/does-the-basis-matter.md").read_text(encoding="utf-8").split())
     cantilever, slewing = PAPERS
-    without, *others = along(rows, cantilever, slewing, HUB)
+    without, *others = along(designs, cantilever, slewing, HUB)
     assert without.value == 0
     won = [sum(d.first_wins for d in others), sum(d.second_wins for d in others)]
     right, all_won = found.told_by_frequencies

@@ -6,36 +6,25 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
-from statistics import median
 from typing import Any
 
 import numpy as np
 
+from slewctl._types import Array, BoolArray, IntArray
 from slewctl.basis import NAMES
 from slewctl.compare.design_basis import REDUCTIONS
 from slewctl.compare.study.area_under_curve import area_under_curve
+from slewctl.compare.study.designs import GOOD, HUB, OTHER_AXES, VARIATION, Designs
 from slewctl.compare.study.words import hubs, joined
 
-# Costs that differ by less than a percent are a draw.
-DRAW = 0.01
-# A design is good when it loses no more than this of the optimal cost.
-GOOD = 0.05
-# The methods that minimise the cost by which they are judged; of others, less is expected.
-OPTIMAL = ("lqg", "h2-lmi")
 # Bases that are good as often as the best, to this share, are named beside it.
 _AS_OFTEN = 0.02
 # What a user of the controller feels, told as medians.
 MEDIANS = (
     "phase_margin_deg", "disk_margin", "settling_time", "residual_vibration", "torque_peak",
 )  # fmt: skip
-# The paper's comparison, and the axes along which it is counted beside the hub's inertia.
+# The paper's comparison.
 PAPERS = ("clamped-free", "slewing")
-HUB = "hub_ratio"
-OTHER_AXES = ("payload_ratio", "damping_ratio", "bandwidth", "sensors", "method", "n")
-# An axis that not every study has.
-VARIATION = "variation"
-
-Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -172,29 +161,28 @@ class Answer:
     told_by_frequencies: tuple[int, int]
 
 
-def answer(rows: Sequence[Row]) -> Answer:
-    """Return the answer that the rows of a study give (see `slewctl.compare.run_study`)."""
-    rows = [row for row in rows if row["outcome"] != "no design"]
-    tried = {row["basis"] for row in rows}
+def answer(designs: Designs) -> Answer:
+    """Return the answer that the designs of a study give (see `slewctl.compare.run_study`)."""
+    codes, known = designs.codes("basis")
+    tried = {known[k] for k in np.unique(codes[designs.made])}
     bases = [basis for basis in NAMES if basis in tried]
     reductions = [name for name in REDUCTIONS if name in tried]
-    pairs = list(combinations(bases, 2))
-    duels = tuple(d for a, b in pairs for d in along(rows, a, b, HUB))
-    optimal = [row for row in rows if row["method"] in OPTIMAL]
-    judged = {row["basis"] for row in optimal}
-    shares = tuple(share(optimal, basis) for basis in bases if basis in judged)
-    papers = PAPERS if pairs_of(rows, *PAPERS) else None
-    axes = (*OTHER_AXES, VARIATION) if rows and VARIATION in rows[0] else OTHER_AXES
-    elsewhere = [along(rows, *PAPERS, axis) for axis in axes]
+    duels = tuple(d for a, b in combinations(bases, 2) for d in along(designs, a, b, HUB))
+    judged = {known[k] for k in np.unique(codes[designs.optimal])}
+    shares = tuple(share(designs, designs.optimal, b) for b in bases if b in judged)
+    axes = (*OTHER_AXES, VARIATION) if designs.has_variations else OTHER_AXES
+    elsewhere = [along(designs, *PAPERS, axis) for axis in axes]
     return Answer(
-        sentences=tuple(_sentences(rows, papers, shares)),
+        sentences=tuple(_sentences(designs, shares)),
         duels=duels,
         elsewhere=tuple(d for duels in elsewhere if len(duels) > 1 for d in duels),
-        reductions=tuple(d for a, b in product(bases, reductions) for d in along(rows, a, b, "n")),
+        reductions=tuple(
+            d for a, b in product(bases, reductions) for d in along(designs, a, b, "n")
+        ),
         shares=shares,
-        lost=tuple(_lost(rows, basis) for basis in (*bases, *reductions)),
-        gap=_gap_score(rows),
-        told_by_frequencies=_told_by_frequencies(rows),
+        lost=tuple(_lost(designs, basis) for basis in (*bases, *reductions)),
+        gap=_gap_score(designs),
+        told_by_frequencies=_told_by_frequencies(designs),
     )
 
 
@@ -203,108 +191,86 @@ def percent(share: float) -> str:
     return f"{100 * share:.0f}\N{NO-BREAK SPACE}%"
 
 
-def stable(row: Row) -> bool:
-    """Whether a design is stable on the truth and on one with twice the modes."""
-    return row["outcome"] == "stable" and bool(row["stable_on_twice"])
-
-
-def good(row: Row) -> bool:
-    """Whether a design is stable and loses at most 5 % of the optimal cost."""
-    return stable(row) and row["h2_loss"] <= GOOD
-
-
-def duel(rows: Iterable[Row], first: str, second: str) -> Duel:
+def duel(designs: Designs, first: str, second: str) -> Duel:
     """Return how two bases compare over all pairs."""
-    return _counted(pairs_of(rows, first, second), None, None, first, second)
+    return _counted(designs.winners(*designs.pairs(first, second)), None, None, first, second)
 
 
-def along(rows: Iterable[Row], first: str, second: str, axis: str) -> list[Duel]:
+def along(designs: Designs, first: str, second: str, axis: str) -> list[Duel]:
     """Return the duels at each value of an axis at which there are pairs."""
-    groups: dict[Any, list[tuple[Row, Row]]] = {}
-    for pair in pairs_of(rows, first, second):
-        groups.setdefault(pair[0][axis], []).append(pair)
-    return [_counted(groups[value], axis, value, first, second) for value in sorted(groups)]
+    pairs = designs.pairs(first, second)
+    won = designs.winners(*pairs)
+    codes, values = designs.codes(axis)
+    here = codes[pairs[0]]
+    there = sorted(values[k] for k in np.unique(here))
+    return [
+        _counted(won[here == values.index(value)], axis, value, first, second) for value in there
+    ]
 
 
-def _counted(
-    pairs: Iterable[tuple[Row, Row]], axis: str | None, value: Any, first: str, second: str
-) -> Duel:
-    results = [_compare(*pair) for pair in pairs]
-    return Duel(first, second, axis, value, results.count(1), results.count(-1), results.count(0))
+def _counted(won: IntArray, axis: str | None, value: Any, first: str, second: str) -> Duel:
+    first_wins, second_wins = int((won == 1).sum()), int((won == -1).sum())
+    return Duel(first, second, axis, value, first_wins, second_wins, int((won == 0).sum()))
 
 
-def pairs_of(rows: Iterable[Row], first: str, second: str) -> list[tuple[Row, Row]]:
-    """Return the designs on two bases that are alike in everything else, side by side."""
-    sides: dict[tuple[Any, ...], dict[str, Row]] = {}
-    for row in rows:
-        if row["basis"] in (first, second):
-            sides.setdefault(_alike(row), {})[row["basis"]] = row
-    return [(side[first], side[second]) for side in sides.values() if len(side) == 2]
+def share(designs: Designs, among: BoolArray, basis: str) -> Share:
+    """Return how often the designs on a basis are stable and good, and how good the stable are.
 
-
-def _alike(row: Row) -> tuple[Any, ...]:
-    return (*(row[axis] for axis in (HUB, *OTHER_AXES)), row.get(VARIATION))
-
-
-def _compare(a: Row, b: Row) -> int:
-    """Return 1 where a is better, −1 where b is, 0 for a draw."""
-    # Costs over the optimum.
-    first, second = (1 + row["h2_loss"] if stable(row) else math.inf for row in (a, b))
-    if first == second or abs(first - second) <= DRAW * min(first, second):
-        return 0
-    return 1 if first < second else -1
-
-
-def share(rows: Iterable[Row], basis: str) -> Share:
-    """Return how often the designs on a basis are stable and good, and how good the stable are."""
-    own = [row for row in rows if row["basis"] == basis]
-    holding = [row for row in own if stable(row)]
+    Parameters
+    ----------
+    designs : Designs
+    among : ndarray of bool
+        Which of them are counted.
+    basis : str
+    """
+    own = among & designs.equal("basis", basis)
+    holding = own & designs.stable
+    medians = {key: _known(designs, key, holding) for key in MEDIANS}
+    condition = _known(designs, "condition", own)
     return Share(
         basis=basis,
-        designs=len(own),
-        stable=len(holding),
-        good=sum(map(good, own)),
-        medians=_medians(holding),
-        condition=max((r["condition"] for r in own if r["condition"] is not None), default=None),
+        designs=int(own.sum()),
+        stable=int(holding.sum()),
+        good=int((own & designs.good).sum()),
+        medians={key: float(np.median(found)) for key, found in medians.items() if len(found)},
+        condition=float(condition.max()) if len(condition) else None,
     )
 
 
-def _medians(rows: Sequence[Row]) -> dict[str, float]:
-    """Return the medians of what the rows have a value of."""
-    values = {key: [row[key] for row in rows if row[key] is not None] for key in MEDIANS}
-    return {key: median(found) for key, found in values.items() if found}
+def _known(designs: Designs, name: str, among: BoolArray) -> Array:
+    """Return what is known of a column among some designs."""
+    numbers = designs.numbers(name)[among]
+    return numbers[~np.isnan(numbers)]
 
 
-def _lost(rows: Iterable[Row], basis: str) -> Lost:
+def _lost(designs: Designs, basis: str) -> Lost:
     """Count the modes that unstable designs on a basis have lost, by their place behind n."""
-    places = [
-        (row["unstable_mode"], row["n"])
-        for row in rows
-        if row["basis"] == basis and row["unstable_mode"] is not None
-    ]
+    mode, n = designs.numbers("unstable_mode"), designs.numbers("n")
+    own = designs.made & designs.equal("basis", basis) & ~np.isnan(mode)
+    mode, n = mode[own], n[own]
     return Lost(
         basis,
-        rigid=sum(mode == 0 for mode, _ in places),
-        kept=sum(0 < mode <= n for mode, n in places),
-        next=sum(mode == n + 1 for mode, n in places),
-        higher=sum(mode > n + 1 for mode, n in places),
+        rigid=int((mode == 0).sum()),
+        kept=int(((mode > 0) & (mode <= n)).sum()),
+        next=int((mode == n + 1).sum()),
+        higher=int((mode > n + 1).sum()),
     )
 
 
-def _gap_score(rows: Iterable[Row]) -> GapScore | None:
-    known = [row for row in rows if row["nu_gap"] is not None]
-    if not known:
+def _gap_score(designs: Designs) -> GapScore | None:
+    gap = designs.numbers("nu_gap")
+    known = designs.made & ~np.isnan(gap)
+    if not known.any():
         return None
     # The gap is to the truth itself; of one with twice the modes the theorem says nothing.
-    holds = np.array([row["outcome"] == "stable" for row in known])
-    gap = np.array([row["nu_gap"] for row in known])
-    margin = np.array([row["generalised_margin"] for row in known])
+    holds = designs.equal("outcome", "stable")[known]
+    gap, margin = gap[known], designs.numbers("generalised_margin")[known]
     # A design that is unstable on its own model has no margin at all.
     ratio = gap / np.maximum(margin, np.finfo(float).tiny)
     certified = margin > gap
     mixed = holds.any() and not holds.all()
     return GapScore(
-        designs=len(known),
+        designs=int(known.sum()),
         stable=int(holds.sum()),
         certified=int(certified.sum()),
         refuted=int((certified & ~holds).sum()),
@@ -312,25 +278,21 @@ def _gap_score(rows: Iterable[Row]) -> GapScore | None:
     )
 
 
-def _told_by_frequencies(rows: Iterable[Row]) -> tuple[int, int]:
-    decided = told = 0
-    for a, b in pairs_of(rows, *PAPERS):
-        winner = _compare(a, b)
-        decided += winner != 0
-        smaller = a["worst_frequency_error"] < b["worst_frequency_error"]
-        told += winner == (1 if smaller else -1)
-    return told, decided
+def _told_by_frequencies(designs: Designs) -> tuple[int, int]:
+    a, b = designs.pairs(*PAPERS)
+    won, error = designs.winners(a, b), designs.numbers("worst_frequency_error")
+    told = np.where(error[a] < error[b], 1, -1)
+    return int((won == told).sum()), int((won != 0).sum())
 
 
-def _sentences(
-    rows: Sequence[Row], papers: tuple[str, str] | None, shares: Sequence[Share]
-) -> Iterable[str]:
-    if papers:
-        yield _does_it_matter(duel(rows, *papers))
-        yield _where(along(rows, *papers, HUB)) + _neither(rows, papers)
+def _sentences(designs: Designs, shares: Sequence[Share]) -> Iterable[str]:
+    total = duel(designs, *PAPERS)
+    if total.pairs:
+        yield _does_it_matter(total)
+        yield _where(along(designs, *PAPERS, HUB)) + _neither(designs)
     if shares:
         yield _pick(shares)
-    if not rows:
+    if not designs.made.any():
         yield "No design could be made; the rows say why."
 
 
@@ -380,11 +342,12 @@ def _where(duels: Sequence[Duel]) -> str:
     return text[0].upper() + text[1:] + "."
 
 
-def _neither(rows: Sequence[Row], papers: tuple[str, str]) -> str:
+def _neither(designs: Designs) -> str:
     """Say at which hub ratios none of the two has a good design by an optimal method."""
-    tried = [row for row in rows if row["method"] in OPTIMAL and row["basis"] in papers]
-    ratios = sorted({row[HUB] for row in tried})
-    hopeless = [r for r in ratios if not any(good(row) for row in tried if row[HUB] == r)]
+    tried = designs.optimal & designs.equal("basis", *PAPERS)
+    codes, ratios = designs.codes(HUB)
+    good = set(codes[tried & designs.good].tolist())
+    hopeless = sorted(ratios[k] for k in np.unique(codes[tried]) if k not in good)
     if not hopeless:
         return ""
     at = hubs(hopeless)

@@ -17,7 +17,8 @@ from slewctl.basis import NAMES
 from slewctl.breakdown import computing
 from slewctl.compare.judgement import Judgement
 from slewctl.compare.reading import read
-from slewctl.compare.study.answer import GOOD, percent
+from slewctl.compare.study.answer import percent
+from slewctl.compare.study.designs import GOOD
 from slewctl.compare.study.grid import check_sensors, omega_of
 from slewctl.compare.study.point import on_twice, place_of
 from slewctl.design.clocked import read_clock
