@@ -34,6 +34,8 @@ _PARTS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0,
 _CLOCKS = (0.0, 2e-3, 3e-3, 5e-3, 7e-3, 0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.15)
 # Nobody designs on more, and matrix inequalities would take minutes.
 _MOST_FUNCTIONS = 8
+# Of a metal beam with its joints, where a file gives none.
+_USUAL_RATIO = 0.01
 # A quarter of the stiffness, and four times: half and twice the frequencies.
 _STIFFER = 12
 
@@ -117,8 +119,11 @@ def _of_arm(arm: Arm, period: float) -> Iterator[Knob]:
     yield Knob(STIFFNESS, "stiffness", "times", _around(1.0, _STIFFER), 1.0)
     ratio = arm.damping_ratio
     if isinstance(ratio, float | int):
-        values = (v for v in _around(float(ratio)) if v < 1)
-        yield Knob("arm.damping_ratio", "damping ratio", "", tuple(values), float(ratio))
+        own = float(ratio)
+        values = (0.0, *_around(own)) if own else (part * _USUAL_RATIO for part in _PARTS)
+        yield Knob(
+            "arm.damping_ratio", "damping ratio", "", _with(own, (v for v in values if v < 1)), own
+        )
     else:
         most = 1 / max(ratio)
         factors = tuple(v for v in _around(1.0) if v < most)

@@ -206,3 +206,42 @@ def flat(content: object, way: str = "") -> dict[str, object]:
 
 def comments(text: str) -> list[str]:
     return [line.partition("#")[2] for line in text.splitlines() if "#" in line]
+
+
+def test_wings_are_turned_together(tmp_path: Path) -> None:
+    path = tmp_path / "wings.toml"
+    path.write_text(WINGS, encoding="utf-8")
+    design = read_design(path)
+    found = knobs(design)
+    assert {STIFFNESS, DAMPING} < {knob.key for knob in found}
+    text = changed_text(design, {STIFFNESS: 4.0, DAMPING: 2.0})
+    assert comments(text) == [" of the data sheet"]
+    wings = tomllib.loads(text)["arm"]["wings"]
+    assert [wing["frequencies_hz"] for wing in wings.values()] == [[0.4], [0.6, 2.0]]
+    assert [wing["damping_ratio"] for wing in wings.values()] == [0.01, 0.02]
+    once = design.case.arm.beam
+    twice = design_of_text(text, path).case.arm.beam
+    np.testing.assert_allclose(twice.frequencies_hz, 2 * np.array(once.frequencies_hz))
+
+
+WINGS = """
+[arm]
+hub = { inertia = 600.0 }
+[arm.wings.left]
+inertia = 300.0
+frequencies_hz = [0.2] # of the data sheet
+coupling = [14.0]
+damping_ratio = 0.005
+[arm.wings.right]
+inertia = 250.0
+frequencies_hz = [0.3, 1.0]
+coupling = [10.0, 3.0]
+damping_ratio = 0.01
+[model]
+basis = "modal"
+n = 1
+[controller]
+method = "lqg"
+limits = { theta = 0.01, torque = 5.0 }
+noise = { torque = 0.5, theta = 1e-4, theta_dot = 1e-4 }
+"""
