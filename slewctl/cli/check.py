@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from slewctl import embedded
 from slewctl.check import (
     Baseline,
     DesignResult,
@@ -23,7 +24,6 @@ from slewctl.check import (
 from slewctl.check.result import BAD_INPUT
 from slewctl.cli.terminal import ERR, OUT, next_step, progress, show
 from slewctl.cli.verdicts import summary, verdict_table
-from slewctl.embedded.compiled import find_compiler
 from slewctl.errors import InputError, SlewctlError, check_nonnegative
 from slewctl.files import find_designs
 from slewctl.gate import check_designs
@@ -78,7 +78,7 @@ def check(
 ) -> int:
     """Judge designs, print and write the verdicts; return the exit status."""
     if compiled:
-        find_compiler()  # said once, and not of every design
+        embedded.find_compiler()  # said once, and not of every design
     check_nonnegative(tolerance, "--tolerance")
     designs = find_designs(paths)
     outputs.check(designs)

@@ -12,10 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
+from slewctl import loop as loops
 from slewctl._types import Array, ComplexArray
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
-from slewctl.loop import Loop, Margins, Slew, SlewResponse, close, simulate, simulate_slew
+from slewctl.loop import Loop, Margins, Slew, SlewResponse, close, simulate_slew
 from slewctl.loop.motion.feasible import told_time
 from slewctl.loop.motion.shaped_slew import shaped
 from slewctl.loop.noise import NoiseLevels, noise_levels
@@ -174,7 +175,7 @@ class Judgement:
     def response(self) -> SlewResponse:
         """The slew: exact and as if there were no limits, or under its conditions."""
         if not self.slew.exact:
-            return simulate(self.loop, self.slew)
+            return loops.simulate(self.loop, self.slew)
         return simulate_slew(self.loop, self.slew, _SLEW_POINTS)
 
     @cached_property
