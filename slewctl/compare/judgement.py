@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import Any, Self
 
 import numpy as np
 
 from slewctl import loop as loops
 from slewctl._types import Array, ComplexArray
+from slewctl.arm import Arm
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
 from slewctl.loop import Loop, Margins, Slew, SlewResponse, close, simulate_slew
@@ -66,8 +68,7 @@ class Yardstick:
         """
         key = (sample_time, delay)
         if key not in self._optima:
-            clock = {"sample_time": sample_time, "delay": delay} if sample_time else {}
-            self._optima[key] = lqg(self.plant, **clock)
+            self._optima[key] = _optimum(_Asked.of(self, sample_time, delay))
         return self._optima[key]
 
     @cached_property
@@ -82,6 +83,32 @@ class Yardstick:
         """Return what a controller achieves on the truth."""
         loop = replace(close(self.model, self.objective, controller), known=self.plant)
         return Judgement(loop, self, shaped_for(slew, loop))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A plant and a clock; equal to another if the optimum is, since all its numbers are."""
+
+    arm: Arm
+    numbers: bytes
+    signals: tuple[str, ...]
+    clock: tuple[float, float]
+    plant: GeneralisedPlant = field(compare=False, repr=False)
+
+    @classmethod
+    def of(cls, yardstick: Yardstick, sample_time: float, delay: float) -> _Asked:
+        plant = yardstick.plant
+        system = plant.linear
+        numbers = b"".join(np.ascontiguousarray(matrix).tobytes() for matrix in system.matrices)
+        signals = (*system.input_labels, *system.output_labels, *system.state_labels)
+        return cls(yardstick.model.arm, numbers, signals, (sample_time, delay), plant)
+
+
+@lru_cache(maxsize=128)  # designs for one arm and objective are compared with the same optima
+def _optimum(asked: _Asked) -> Controller:
+    sample_time, delay = asked.clock
+    clock = {"sample_time": sample_time, "delay": delay} if sample_time else {}
+    return lqg(asked.plant, **clock)
 
 
 def shaped_for(slew: Slew, loop: Loop) -> Slew:
@@ -118,6 +145,14 @@ class Judgement:
     loop: Loop
     yardstick: Yardstick
     slew: Slew
+    # What `slewctl.compare.read` has read of it, by name: verdicts and reports ask alike.
+    _read: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+
+    def __copy__(self) -> Self:
+        """Return a copy of which nothing has been read: copies are made to be changed."""
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), _read={})
+        return other
 
     @property
     def controller(self) -> Controller:
