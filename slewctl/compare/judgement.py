@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -18,14 +18,15 @@ from slewctl._types import Array, ComplexArray
 from slewctl.arm import Arm
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
-from slewctl.loop import Loop, Margins, Slew, SlewResponse, close, simulate_slew
-from slewctl.loop.motion.feasible import told_time
-from slewctl.loop.motion.shaped_slew import shaped
+from slewctl.loop import Loop, Margins, Slew, close
 from slewctl.loop.noise import NoiseLevels, noise_levels
 from slewctl.loop.single.sensitivity import complementary_sensitivity_peak
 from slewctl.model import Truth, truth
 from slewctl.numerics.hinf_norm import Peak
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
+
+if TYPE_CHECKING:
+    from slewctl.loop import SlewResponse
 
 # Verdicts are followed over truths of twice the modes up to this many.
 MOST_MODES = 2 * MOST_TRUTH_MODES
@@ -125,7 +126,7 @@ def shaped_for(slew: Slew, loop: Loop) -> Slew:
         For conditions that the loop does not have, or a shaper that cannot be made.
     """
     slew.conditions.require(loop)
-    return shaped(slew, loop) if isinstance(slew.shaper, str) and loop.stable else slew
+    return loops.shaped(slew, loop) if isinstance(slew.shaper, str) and loop.stable else slew
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +212,7 @@ class Judgement:
         """The slew: exact and as if there were no limits, or under its conditions."""
         if not self.slew.exact:
             return loops.simulate(self.loop, self.slew)
-        return simulate_slew(self.loop, self.slew, _SLEW_POINTS)
+        return loops.simulate_slew(self.loop, self.slew, _SLEW_POINTS)
 
     @cached_property
     def saturation(self) -> str:
@@ -221,7 +222,7 @@ class Judgement:
             return ""
         beyond = arm.exceeded(summary.peak_torque, summary.peak_voltage)
         told = "; ".join(f"the slew needs {what}" for what in beyond)
-        return f"{told}{told_time(self.loop, self.slew)}" if beyond else ""
+        return f"{told}{loops.told_time(self.loop, self.slew)}" if beyond else ""
 
     @cached_property
     def complementary_peak(self) -> Peak:

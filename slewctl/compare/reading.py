@@ -8,7 +8,7 @@ from slewctl._threads import single_threaded
 from slewctl.compare.judgement import Judgement
 from slewctl.compare.quantities import QUANTITIES, UNWEIGHTED, WEIGHTED, Quantity, Reading
 from slewctl.errors import AccuracyError
-from slewctl.model.nonlinear import LargeDeflectionError
+from slewctl.model.large_deflection import LargeDeflectionError
 
 
 def read(judgement: Judgement, name: str) -> Reading:
