@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slewctl.check import Finding
 from slewctl.check.words import limit_text, place_text, value_text
@@ -33,9 +33,9 @@ from slewctl.files import (
     read_design,
 )
 from slewctl.gate import verdicts
-from slewctl.loop.on_measured import OnMeasured, on_measured
-from slewctl.measured.rig_parameters import Rig
-from slewctl.plant.dead_time import loop_dead_time
+
+if TYPE_CHECKING:
+    from slewctl.loop.on_measured import OnMeasured
 
 _HEADINGS = {
     "gain_margin_db": "gain (dB)",
@@ -218,6 +218,11 @@ def _on_measured(design: DesignFile, controller: Controller) -> OnMeasured | Non
     plant = design.measured
     if plant is None:
         return None
+    # They load what only measured designs need.
+    from slewctl.loop.on_measured import on_measured
+    from slewctl.measured.rig_parameters import Rig
+    from slewctl.plant.dead_time import loop_dead_time
+
     rig = Rig(design.case.arm, delay=loop_dead_time(design.case.arm, [plant.response.sensor]))
     try:
         return on_measured(
