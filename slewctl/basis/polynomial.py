@@ -72,7 +72,34 @@ class Polynomial(Basis):
         return self.edges
 
     def _evaluate(self, xi: Array, derivative: int) -> Array:
-        return self._combined(xi, derivative, np.eye(self.n))
+        """Return every function by itself: most points see those of their own panel alone."""
+        half, terms, panels = self._halves, self._terms, len(self._halves)
+        placed = self._placed(xi, derivative)
+        scale = (self._norms * half ** (2 - derivative)).T[placed.panels]
+        own = (placed.shapes[:, :, :terms] * scale[:, None, :])[placed.index]
+        each = np.zeros((len(xi), terms, panels))
+        points = np.arange(len(xi))[:, None]
+        each[points, np.arange(terms), placed.panels[placed.index[0]][:, None]] = own
+        found = each.reshape(len(xi), terms * panels)
+        if panels > 1:
+            first = np.zeros((2, panels, panels * min(terms, 2)))
+            for degree in range(min(terms, 2)):
+                at = degree * panels + np.arange(panels)
+                first[degree, np.arange(panels), at] = self._norms[degree]
+            deflection, slope = self._left_behind(first[0], first[1])
+            left = np.stack([deflection, half[:, None] * slope], axis=1)[placed.panels]
+            found[:, : left.shape[2]] += (placed.shapes[:, :, terms:] @ left)[placed.index]
+        return found[:, : self.n]
+
+    def _left_behind(self, constant: Array, linear: Array) -> tuple[Array, Array]:
+        """Return the deflection and the slope that the panels before each leave it.
+
+        Only a constant curvature leaves a slope behind, only that and a linear one a deflection.
+        """
+        width = 2 * self._halves[:, None]
+        gained = width * constant
+        slope = _before(gained)
+        return _before(width * (gained / 2 + slope) - width**2 / 6 * linear), slope
 
     def _combined(self, xi: Array, derivative: int, coefficients: Array) -> Array:
         """Return the combinations panel by panel.
@@ -84,13 +111,9 @@ class Polynomial(Basis):
         padded = np.zeros((terms * len(half), coefficients.shape[1]))
         padded[: self.n] = coefficients
         scaled = padded.reshape(terms, len(half), -1) * self._norms[:, :, None]
-        # Only the constant curvature leaves a slope behind, only the first two a deflection.
-        width = 2 * half[:, None]
-        gained = width * scaled[0]
-        slope = _before(gained)
-        deflection = _before(width * (gained / 2 + slope) - width**2 / 6 * scaled[1:2].sum(axis=0))
+        deflection, slope = self._left_behind(scaled[0], scaled[1:2].sum(axis=0))
         own = scaled * half[:, None] ** (2 - derivative)
-        weights = np.concatenate([own, [deflection, width / 2 * slope]])
+        weights = np.concatenate([own, [deflection, half[:, None] * slope]])
         placed = self._placed(xi, derivative)
         found = placed.shapes @ weights[:, placed.panels].transpose(1, 0, 2)
         return np.asarray(found[placed.index])

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from slewctl import check as outcome
+from slewctl import embedded
 from slewctl.check import (
     Baseline,
     DesignResult,
@@ -16,14 +18,11 @@ from slewctl.check import (
     exit_status,
     missing,
     read_baseline,
-    to_annotations,
-    to_junit,
     to_record,
 )
 from slewctl.check.result import BAD_INPUT
 from slewctl.cli.terminal import ERR, OUT, next_step, progress, show
 from slewctl.cli.verdicts import summary, verdict_table
-from slewctl.embedded.compiled import find_compiler
 from slewctl.errors import InputError, SlewctlError, check_nonnegative
 from slewctl.files import find_designs
 from slewctl.gate import check_designs
@@ -78,7 +77,7 @@ def check(
 ) -> int:
     """Judge designs, print and write the verdicts; return the exit status."""
     if compiled:
-        find_compiler()  # said once, and not of every design
+        embedded.find_compiler()  # said once, and not of every design
     check_nonnegative(tolerance, "--tolerance")
     designs = find_designs(paths)
     outputs.check(designs)
@@ -122,7 +121,7 @@ def _print(results: Sequence[DesignResult], *, every: bool, quiet: bool, github:
             ERR.tell(result.error)
     if github:
         root = Path(os.environ.get("GITHUB_WORKSPACE") or ".")
-        for line in to_annotations(results, root):
+        for line in outcome.to_annotations(results, root):
             OUT.print(line, soft_wrap=True)
 
 
@@ -135,7 +134,7 @@ def _write(
 
     written = True
     if outputs.junit:
-        written &= _written("--junit", outputs.junit, to_junit(results))
+        written &= _written("--junit", outputs.junit, outcome.to_junit(results))
     if outputs.json:
         written &= _written("--json", outputs.json, json_text(to_record(results, installed())))
     if before is None:

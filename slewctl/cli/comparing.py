@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slewctl.check.words import told_finding
 from slewctl.cli.options import options_named
@@ -31,9 +32,9 @@ from slewctl.files import (
     read_design,
 )
 from slewctl.gate import verdicts
-from slewctl.loop.on_measured import OnMeasured, on_measured
-from slewctl.measured.rig_parameters import Rig
-from slewctl.plant.dead_time import loop_dead_time
+
+if TYPE_CHECKING:
+    from slewctl.loop.on_measured import OnMeasured
 
 _HEADINGS = {
     "gain_margin_db": "gain (dB)",
@@ -116,6 +117,7 @@ def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
 
 
 _Compared = tuple[CaseResult, dict[str, Any], dict[str, str | bytes]]
+_Outcomes = dict[int, _Compared | SlewctlError]
 
 
 def _all_compared(
@@ -128,12 +130,13 @@ def _all_compared(
             yield told.trying(_compared, place, design, style, step)
         return
     with Processes(workers) as pool:
-        futures = [
-            pool.submit(_compared, place, design, style) for place, design in enumerate(designs)
-        ]
+        futures: dict[int, Future[_Outcomes]] = {}
+        for block in _alike(designs, -(-len(designs) // (2 * workers))):
+            work = {place: designs[place] for place in block}
+            futures |= dict.fromkeys(block, pool.submit(_compared_in_turn, work, style))
         try:
-            for future, design in zip(futures, designs, strict=True):
-                yield told.trying(future.result)
+            for place, design in enumerate(designs):
+                yield told.trying(_told, futures[place].result()[place])
                 for origin in design.case.candidates:
                     step(f"{design.case.name}: {origin}")
         except BrokenProcessPool as error:
@@ -141,6 +144,33 @@ def _all_compared(
                 "a process that compared designs was ended from outside",
                 remedy="compare fewer designs at once, if memory ran out",
             ) from error
+
+
+def _alike(designs: Sequence[DesignFile], most: int) -> list[list[int]]:
+    """Return the places of designs in blocks of at most so many, those of one arm together.
+
+    What the truth of an arm yields is computed once in each process.
+    """
+    arms = list(dict.fromkeys(design.case.arm for design in designs))
+    order = sorted(range(len(designs)), key=lambda k: arms.index(designs[k].case.arm))
+    return [order[k : k + most] for k in range(0, len(order), most)]
+
+
+def _compared_in_turn(designs: Mapping[int, DesignFile], style: str) -> _Outcomes:
+    """Return what `_compared` returns of each, or the error that it raises."""
+    outcomes: _Outcomes = {}
+    for place, design in designs.items():
+        try:
+            outcomes[place] = _compared(place, design, style)
+        except SlewctlError as error:
+            outcomes[place] = error
+    return outcomes
+
+
+def _told(outcome: _Compared | SlewctlError) -> _Compared:
+    if isinstance(outcome, SlewctlError):
+        raise outcome
+    return outcome
 
 
 def _compared(
@@ -170,6 +200,11 @@ def _on_measured(design: DesignFile, controller: Controller) -> OnMeasured | Non
     plant = design.measured
     if plant is None:
         return None
+    # They load what only measured designs need.
+    from slewctl.loop.on_measured import on_measured
+    from slewctl.measured.rig_parameters import Rig
+    from slewctl.plant.dead_time import loop_dead_time
+
     rig = Rig(design.case.arm, delay=loop_dead_time(design.case.arm, [plant.response.sensor]))
     try:
         return on_measured(

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from slewctl.compare.study.slices import StudySlice
     from slewctl.compare.study.sweep import Piece, WorkerDiedError, sweep
     from slewctl.compare.worst_arm import VariedArm, WorstCase, worst_case
+    from slewctl.compare.worst_arm import most_arms as most_arms
     from slewctl.loop.robust.destabilised_mode import DestabilisedMode, destabilised_mode
 
 __all__ = [

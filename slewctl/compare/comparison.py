@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,8 +23,10 @@ from slewctl.design.methods import GIVEN
 from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
 from slewctl.loop.curves import curve
-from slewctl.loop.on_measured import OnMeasured
 from slewctl.model import Model, beam_inertia
+
+if TYPE_CHECKING:
+    from slewctl.loop.on_measured import OnMeasured
 
 Progress = Callable[[str], None]
 

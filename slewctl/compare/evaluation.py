@@ -7,13 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
+from slewctl import design as laws
 from slewctl._threads import single_threaded
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.compare.case import Case, Origin
 from slewctl.compare.design_basis import DesignModel, design_model
 from slewctl.compare.judgement import Judgement, Yardstick
-from slewctl.design import Controller, fitted_law
+from slewctl.design import Controller
 from slewctl.errors import SlewctlError
 from slewctl.loop import Slew
 from slewctl.model import Truth, truth
@@ -122,7 +123,7 @@ class Judge:
         try:
             if model is None:
                 signals = case.objective.sensors, case.objective.actuator
-                return None, fitted_law(case.options, *signals)
+                return None, laws.fitted_law(case.options, *signals)
             return model, model.controller(case.method, case.options)
         except SlewctlError as error:
             raise error.within("controller", ".") from error

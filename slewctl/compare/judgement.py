@@ -8,21 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from slewctl import loop as loops
 from slewctl._types import Array, ComplexArray
+from slewctl.arm import Arm
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
-from slewctl.loop import Loop, Margins, Slew, SlewResponse, close, simulate, simulate_slew
-from slewctl.loop.motion.feasible import told_time
-from slewctl.loop.motion.shaped_slew import shaped
+from slewctl.loop import Loop, Margins, Slew, close
 from slewctl.loop.noise import NoiseLevels, noise_levels
 from slewctl.loop.single.sensitivity import complementary_sensitivity_peak
 from slewctl.model import Truth, truth
 from slewctl.numerics.hinf_norm import Peak
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
+
+if TYPE_CHECKING:
+    from slewctl.loop import SlewResponse
 
 # Verdicts are followed over truths of twice the modes up to this many.
 MOST_MODES = 2 * MOST_TRUTH_MODES
@@ -43,6 +47,8 @@ class Yardstick:
     model: Truth
     objective: Objective
     _optima: dict[tuple[float, float], Controller] = field(default_factory=dict, repr=False)
+    # A comparison and the last step of a ladder judge one controller on one truth.
+    _last: list[tuple[Controller, Slew, Judgement]] = field(default_factory=list, repr=False)
 
     @property
     def modes(self) -> int:
@@ -65,8 +71,7 @@ class Yardstick:
         """
         key = (sample_time, delay)
         if key not in self._optima:
-            clock = {"sample_time": sample_time, "delay": delay} if sample_time else {}
-            self._optima[key] = lqg(self.plant, **clock)
+            self._optima[key] = _optimum(_Asked.of(self, sample_time, delay))
         return self._optima[key]
 
     @cached_property
@@ -78,9 +83,40 @@ class Yardstick:
         return Yardstick(truth(self.model.arm, modes), self.objective)
 
     def judge(self, controller: Controller, slew: Slew) -> Judgement:
-        """Return what a controller achieves on the truth."""
+        """Return what a controller achieves on the truth; asked again at once, the same."""
+        for known, turn, judged in self._last:
+            if known is controller and turn == slew:
+                return judged
         loop = replace(close(self.model, self.objective, controller), known=self.plant)
-        return Judgement(loop, self, shaped_for(slew, loop))
+        found = Judgement(loop, self, shaped_for(slew, loop))
+        self._last[:] = [(controller, slew, found)]
+        return found
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A plant and a clock; equal to another if the optimum is, since all its numbers are."""
+
+    arm: Arm
+    numbers: bytes
+    signals: tuple[str, ...]
+    clock: tuple[float, float]
+    plant: GeneralisedPlant = field(compare=False, repr=False)
+
+    @classmethod
+    def of(cls, yardstick: Yardstick, sample_time: float, delay: float) -> _Asked:
+        plant = yardstick.plant
+        system = plant.linear
+        numbers = b"".join(np.ascontiguousarray(matrix).tobytes() for matrix in system.matrices)
+        signals = (*system.input_labels, *system.output_labels, *system.state_labels)
+        return cls(yardstick.model.arm, numbers, signals, (sample_time, delay), plant)
+
+
+@lru_cache(maxsize=128)  # designs for one arm and objective are compared with the same optima
+def _optimum(asked: _Asked) -> Controller:
+    sample_time, delay = asked.clock
+    clock = {"sample_time": sample_time, "delay": delay} if sample_time else {}
+    return lqg(asked.plant, **clock)
 
 
 def shaped_for(slew: Slew, loop: Loop) -> Slew:
@@ -97,7 +133,7 @@ def shaped_for(slew: Slew, loop: Loop) -> Slew:
         For conditions that the loop does not have, or a shaper that cannot be made.
     """
     slew.conditions.require(loop)
-    return shaped(slew, loop) if isinstance(slew.shaper, str) and loop.stable else slew
+    return loops.shaped(slew, loop) if isinstance(slew.shaper, str) and loop.stable else slew
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +153,14 @@ class Judgement:
     loop: Loop
     yardstick: Yardstick
     slew: Slew
+    # What `slewctl.compare.read` has read of it, by name: verdicts and reports ask alike.
+    _read: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+
+    def __copy__(self) -> Self:
+        """Return a copy of which nothing has been read: copies are made to be changed."""
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), _read={})
+        return other
 
     @property
     def controller(self) -> Controller:
@@ -174,8 +218,8 @@ class Judgement:
     def response(self) -> SlewResponse:
         """The slew: exact and as if there were no limits, or under its conditions."""
         if not self.slew.exact:
-            return simulate(self.loop, self.slew)
-        return simulate_slew(self.loop, self.slew, _SLEW_POINTS)
+            return loops.simulate(self.loop, self.slew)
+        return loops.simulate_slew(self.loop, self.slew, _SLEW_POINTS)
 
     @cached_property
     def saturation(self) -> str:
@@ -185,7 +229,7 @@ class Judgement:
             return ""
         beyond = arm.exceeded(summary.peak_torque, summary.peak_voltage)
         told = "; ".join(f"the slew needs {what}" for what in beyond)
-        return f"{told}{told_time(self.loop, self.slew)}" if beyond else ""
+        return f"{told}{loops.told_time(self.loop, self.slew)}" if beyond else ""
 
     @cached_property
     def complementary_peak(self) -> Peak:

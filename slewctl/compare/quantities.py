@@ -11,15 +11,18 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from slewctl.compare.judgement import Judgement
 from slewctl.design.result import COST_TOLERANCE
-from slewctl.loop import Crossing, Margins, Slew, SlewSummary
+from slewctl.loop import Crossing, Margins, Slew
 from slewctl.loop.noise import NoiseLevels
 from slewctl.loop.single.sensitivity import bandwidth
+
+if TYPE_CHECKING:
+    from slewctl.loop import SlewSummary
 
 # Kinds of quantities that limits and noise weigh, and why there are none without.
 WEIGHTED = ("cost", "noise")

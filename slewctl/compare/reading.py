@@ -6,12 +6,11 @@ import math
 
 from slewctl._threads import single_threaded
 from slewctl.compare.judgement import Judgement
-from slewctl.compare.quantities import QUANTITIES, UNWEIGHTED, WEIGHTED, Reading
+from slewctl.compare.quantities import QUANTITIES, UNWEIGHTED, WEIGHTED, Quantity, Reading
 from slewctl.errors import AccuracyError
-from slewctl.model.nonlinear import LargeDeflectionError
+from slewctl.model.large_deflection import LargeDeflectionError
 
 
-@single_threaded
 def read(judgement: Judgement, name: str) -> Reading:
     """Return a quantity of a judgement.
 
@@ -36,7 +35,14 @@ def read(judgement: Judgement, name: str) -> Reading:
     >>> read(problem.judge(sc.lqg(plant)), "phase_margin_deg").value > 10
     True
     """
-    quantity = QUANTITIES[name]
+    kept = judgement._read
+    if name not in kept:
+        kept[name] = _reading(judgement, QUANTITIES[name])
+    return kept[name]
+
+
+@single_threaded
+def _reading(judgement: Judgement, quantity: Quantity) -> Reading:
     if not judgement.stable:
         hertz = judgement.unstable_hz[0]
         value = 0.0 if quantity.kind == "stability" else math.nan

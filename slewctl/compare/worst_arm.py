@@ -16,7 +16,6 @@ from itertools import product
 from types import MappingProxyType
 
 import numpy as np
-from scipy.optimize import minimize
 
 from slewctl._show import Tabular, table_html
 from slewctl._threads import single_threaded
@@ -346,6 +345,8 @@ class _Search:
 
     def descend(self, searches: int, evaluations: int) -> None:
         """Search on from the worst arms so far, downhill without gradients."""
+        from scipy.optimize import minimize  # slow to load: not before it is wanted
+
         starts = sorted(range(len(self.trials)), key=self.rank)[:searches]
         heights = [self._good(t) for t in self.trials if t.stable and np.isfinite(t.value)]
         # Stands for infinite values, which are no slope to descend.

@@ -17,8 +17,11 @@ if TYPE_CHECKING:
     from slewctl.design.lmi.payload import payload_lmi
     from slewctl.design.lmi.variance_bound import variance_bound
     from slewctl.design.methods import METHODS, options
-    from slewctl.design.own.fitted import fitted, fitted_law
+    from slewctl.design.own.fit_signals import fitted
+    from slewctl.design.own.fitted import fitted_law
+    from slewctl.design.own.fitted import given_on_plant as given_on_plant
     from slewctl.design.own.given_controller import given
+    from slewctl.design.own.given_controller import read_options as read_options
     from slewctl.design.placement.assignment import PoleSensitivity, pole_sensitivity
     from slewctl.design.placement.pole_placement import place, place_observer, pole_placement
     from slewctl.design.result import Certificate, Check, Controller, Guarantee, finished

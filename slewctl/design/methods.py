@@ -3,38 +3,52 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 
-from slewctl.design.classical.lead import lead
-from slewctl.design.classical.pd_notch import pd_notch
-from slewctl.design.classical.positive_position import positive_position
-from slewctl.design.lmi.h2_hinf import h2_hinf
-from slewctl.design.lmi.h2_lmi import h2_lmi
-from slewctl.design.lmi.h2_region import h2_region
-from slewctl.design.lmi.payload import payload_lmi
-from slewctl.design.lmi.variance_bound import variance_bound
-from slewctl.design.own.fitted import given_on_plant
-from slewctl.design.placement.pole_placement import pole_placement
+from slewctl import design
 from slewctl.design.result import Controller
-from slewctl.design.riccati.lqg import lqg
 
 GIVEN = "given"
 """The name of what is no method: a law that was made elsewhere, on nothing known here."""
 
+Method = Callable[..., Controller]
+
+
+class _Methods(Mapping[str, Method]):
+    """Functions by name, each with its file loaded when it is asked for: most runs ask for one."""
+
+    def __init__(self, functions: Mapping[str, Callable[[], Method]]) -> None:
+        self._functions = functions
+
+    def __getitem__(self, name: str) -> Method:
+        return self._functions[name]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._functions)
+
+    def __len__(self) -> int:
+        return len(self._functions)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._functions
+
+
 # Each takes a plant and, by keyword alone, options of its own: the keys of [controller].
-METHODS: dict[str, Callable[..., Controller]] = {
-    "lqg": lqg,
-    "h2-lmi": h2_lmi,
-    "h2-region": h2_region,
-    "h2-hinf": h2_hinf,
-    "payload-lmi": payload_lmi,
-    "variance-bound": variance_bound,
-    "pole-placement": pole_placement,
-    "pd-notch": pd_notch,
-    "positive-position": positive_position,
-    "lead": lead,
-    GIVEN: given_on_plant,
-}
+METHODS: Mapping[str, Method] = _Methods(
+    {
+        "lqg": lambda: design.lqg,
+        "h2-lmi": lambda: design.h2_lmi,
+        "h2-region": lambda: design.h2_region,
+        "h2-hinf": lambda: design.h2_hinf,
+        "payload-lmi": lambda: design.payload_lmi,
+        "variance-bound": lambda: design.variance_bound,
+        "pole-placement": lambda: design.pole_placement,
+        "pd-notch": lambda: design.pd_notch,
+        "positive-position": lambda: design.positive_position,
+        "lead": lambda: design.lead,
+        GIVEN: lambda: design.given_on_plant,
+    }
+)
 
 
 def options(method: str) -> tuple[str, ...]:

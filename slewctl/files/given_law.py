@@ -7,12 +7,12 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from slewctl import design
 from slewctl.arm import Arm
 from slewctl.check import REQUIREMENTS
 from slewctl.compare.quantities import UNWEIGHTED, WEIGHTED
 from slewctl.design import Controller, fitted
 from slewctl.design.methods import GIVEN
-from slewctl.design.own.given_controller import read_options
 from slewctl.design.reference import REFERENCE
 from slewctl.errors import InputError
 from slewctl.files.faults import Faults, missing
@@ -80,7 +80,7 @@ def read_given(
             raise InputError("it is no path", where="file", remedy='give one, as in "gains.json"')
         sure = weighted or arm is None or arm.motor is None
         default = objective.actuator if objective else TORQUE if sure else None
-        law = faults.attempt(read_options, options, default)
+        law = faults.attempt(design.read_options, options, default)
         # What the file of a law that cannot be read holds is not known; what is beside it is.
         for name in _names(law.sensors if law else options.get("inputs")):
             faults.attempt(check_signals, [name], "inputs", arm.beam if arm else None)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from slewctl import files
 from slewctl.arm import Arm, Hub, Joint, ModalData, catalogue, vary
 from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import QUANTITIES, Case
@@ -29,7 +30,7 @@ from slewctl.files.given_law import (
     read_given,
     refuse_unweighted,
 )
-from slewctl.files.measured_table import MeasuredPlant, read_measured
+from slewctl.files.measured_table import MeasuredPlant
 from slewctl.files.refusals import validate_each
 from slewctl.files.schema import DESIGN_SCHEMA, MOST_SIGNALS, ArmTable, ControllerTable, DesignTable
 from slewctl.files.slew_table import slew_of_table
@@ -208,7 +209,7 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     met = keys["objective"] or Objective(_HALF, _HALF)
     if tables.get("measured"):
         measured = faults.attempt(
-            read_measured, tables["measured"], source.path, varied, met, common, tried
+            files.read_measured, tables["measured"], source.path, varied, met, common, tried
         )
     export = CodeOptions()
     if tables.get("export"):

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
+from slewctl import compare
 from slewctl.arm import Arm
 from slewctl.compare.arm_box import box_bounds
 from slewctl.compare.quantities import QUANTITIES, UNWEIGHTED, WEIGHTED
-from slewctl.compare.worst_arm import most_arms
 from slewctl.errors import Faults, InputError, check_choice
 from slewctl.plant import Objective
 
@@ -45,7 +45,7 @@ class Uncertainty:
     @property
     def most_arms(self) -> int:
         """How many arms are tried at the most."""
-        return most_arms(len(self.box), self.samples, self.searches, self.evaluations)
+        return compare.most_arms(len(self.box), self.samples, self.searches, self.evaluations)
 
 
 def read_uncertainty(

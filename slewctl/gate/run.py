@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from slewctl import compare, gate
 from slewctl.check import NOMINAL, DesignResult, Finding, Verdict, judge, measure
 from slewctl.check.baseline import Baseline
 from slewctl.check.measured import MEASURED
@@ -17,14 +18,11 @@ from slewctl.compare import (
     Reading,
     on_other_arm,
     unit_notes,
-    worst_case,
 )
 from slewctl.errors import SlewctlError, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.files.uncertainty import WORST
-from slewctl.gate.compiled_design import judge_of_compiled
 from slewctl.gate.fingerprint import digest, fingerprint
-from slewctl.gate.measured_plant import judge_on_measured
 
 
 def check_designs(
@@ -203,14 +201,14 @@ def examine(
         with design.source.computing():
             notes += unit_notes(design.case.arm)
             if compiled:
-                notes += judge_of_compiled(judging, design.export, design.case.name)
+                notes += gate.judge_of_compiled(judging, design.export, design.case.name)
             for arm, judgement, limits in _judgements(design, judging, notes, working):
                 findings += _placed(design, arm, judge(judgement, limits))
                 beside = [QUANTITIES[name].requirement for name in (known or {}).get(arm, {})]
                 recorded[arm] = measure(judgement, [*limits, *beside])
             if design.measured is not None:
                 controller = judging.own[1]
-                met, recorded[MEASURED], told = judge_on_measured(design.measured, controller)
+                met, recorded[MEASURED], told = gate.judge_on_measured(design.measured, controller)
                 findings += _placed(design, MEASURED, met)
                 notes += told
     except SlewctlError as error:
@@ -257,7 +255,7 @@ def verdicts(design: DesignFile, judged: Judgement) -> tuple[Finding, ...]:
         for finding in _placed(design, arm, judge(judgement, limits))
     ]
     if design.measured is not None:
-        met, _, _ = judge_on_measured(design.measured, judged.controller)
+        met, _, _ = gate.judge_on_measured(design.measured, judged.controller)
         found += _placed(design, MEASURED, met)
     return tuple(found)
 
@@ -287,7 +285,7 @@ def _judgements(
     yield from _on_named_arms(design, judging.evaluate(*judging.chosen).judgement)
     if design.uncertainty is not None:
         asked = design.uncertainty
-        found = worst_case(judging, asked.box, **asked.asked, progress=working)
+        found = compare.worst_case(judging, asked.box, **asked.asked, progress=working)
         notes.append(str(found))
         yield WORST, judging.vary(found.arm), design.requirements
 

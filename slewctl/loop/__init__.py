@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from slewctl.loop.logged_slew import Compared, Replay, replay
     from slewctl.loop.margin_functions import hybrid_delay_margin
     from slewctl.loop.motion.conditions import Conditions, Load
+    from slewctl.loop.motion.feasible import told_time as told_time
     from slewctl.loop.motion.large_slew import Swing, simulate_swing
+    from slewctl.loop.motion.shaped_slew import shaped as shaped
     from slewctl.loop.motion.shaping import Shaping, compare_commands
     from slewctl.loop.motion.simulation import Simulation, simulate
     from slewctl.loop.motion.slew import SlewResponse, SlewSummary, simulate_slew

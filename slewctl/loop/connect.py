@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from slewctl import design
 from slewctl._threads import single_threaded
-from slewctl.design import Controller, fitted, given
+from slewctl.design import Controller, fitted
 from slewctl.errors import InputError, shown
 from slewctl.loop.closed import Loop
 from slewctl.loop.delayed import DelayedLoop
@@ -99,4 +100,4 @@ def _bare(system: System, objective: Objective, sign: int) -> Controller:
     inputs = objective.sensors if nameless(light.input_labels) else None
     output = objective.actuator if nameless(light.output_labels) else None
     feedback = "negative" if sign < 0 else "positive"
-    return given(light, feedback=feedback, inputs=inputs, output=output)
+    return design.given(light, feedback=feedback, inputs=inputs, output=output)

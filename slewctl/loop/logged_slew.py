@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl._types import Array
@@ -214,6 +213,8 @@ def _held(simulation: Simulation, name: str, t: Array, sample_time: float) -> Ar
 
 def _start(simulation: Simulation, log: Log) -> tuple[float, str]:
     """Return when the slew begins in a log, and which signal says so."""
+    from scipy.optimize import minimize_scalar  # slow to load: not before it is wanted
+
     if log.reference is not None and np.ptp(log.reference):
         signal, model, by = log.reference, simulation.signals["theta_ref"], "reference"
     else:

@@ -13,6 +13,7 @@ from slewctl.loop.parts import negated
 from slewctl.loop.single.factored_loop import FactoredLoop, factored
 from slewctl.numerics.h2_norm import H2Cost
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.pairing import paired
 from slewctl.plant import (
     GeneralisedPlant,
     SampledClosed,
@@ -102,8 +103,6 @@ class SampledLoop(Loop):
     @cached_property
     def equivalents(self) -> ComplexArray:
         """One s for each of `closed.poles`, infinite for z = 0: that of the arm, not an alias."""
-        from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
-
         z, T = self.closed.poles, self.sample_time
         s = np.full(len(z), complex(-np.inf, 0))
         kept = np.flatnonzero(np.abs(z) > np.finfo(float).eps)
@@ -111,7 +110,7 @@ class SampledLoop(Loop):
         own = np.linalg.eigvals(self.plant.A).astype(complex)
         own = own[np.abs(own.imag) > self.nyquist_rad_s]
         # The controller hardly moves these, so that each has its z next to where it was.
-        rows, columns = linear_sum_assignment(np.abs(np.exp(own * T)[:, None] - z[kept]))
+        rows, columns = paired(np.abs(np.exp(own * T)[:, None] - z[kept]))
         found = kept[columns]
         turns = np.round((own[rows].imag - s[found].imag) * T / (2 * np.pi))
         s[found] += 2j * np.pi / T * turns

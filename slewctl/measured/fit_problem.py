@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.optimize import least_squares
 
 from slewctl._types import Array, BoolArray
 from slewctl.arm import Arm
@@ -204,6 +203,8 @@ def _best(problem: Problem, start: Array, moving: BoolArray) -> Array | None:
 
 def _descend(problem: Problem, start: Array, moving: BoolArray) -> Array | None:
     """Minimise from `start` over the coordinates that move; None when it does not settle."""
+    from scipy.optimize import least_squares  # slow to load: not before it is wanted
+
     if not moving.any():
         return start
     weights = problem.weights / problem.weights.max()

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from slewctl._show import Described
 from slewctl._threads import single_threaded
@@ -255,6 +254,8 @@ class _Problem:
 
     def _refined(self, poles: ComplexArray) -> ComplexArray:
         """Return the poles of least weighted error, from poles near them."""
+        from scipy.optimize import least_squares  # slow to load: not before it is wanted
+
         pairs = int(np.count_nonzero(poles.imag))
         # Decay and frequency, each over the pole's size.
         size = np.abs(poles)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from slewctl._types import Array, BoolArray
 from slewctl.errors import SlewctlError
@@ -138,6 +137,8 @@ class RigProblem:
         tolerance : float
             Relative fall of the sum of squares that ends it.
         """
+        from scipy.optimize import least_squares  # slow to load: not before it is wanted
+
         lower, upper = self.bounds
         inside = np.clip(start, lower + 1e-9, upper - 1e-9)
         pull = np.where(self.logarithmic, held / _DECADE, 0.0)

@@ -8,8 +8,9 @@ if TYPE_CHECKING:
     from slewctl.model.assembly import Model, assemble
     from slewctl.model.converged_truth import Truth, arm_modes, truth
     from slewctl.model.data_of_beam import modal_data
+    from slewctl.model.large_deflection import LargeDeflectionError
     from slewctl.model.locked import BOUNDARIES, Frequencies, frequencies, hub_locked_frequencies_hz
-    from slewctl.model.nonlinear import LargeDeflectionError, NonlinearModel, large_slew
+    from slewctl.model.nonlinear import NonlinearModel, large_slew
     from slewctl.model.rigid import beam_inertia, beam_mass, total_inertia
     from slewctl.model.spin import SpinSofteningWarning, critical_spin_rad_s, spin_frequencies_hz
 

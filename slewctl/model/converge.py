@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from slewctl.basis import Basis, Modal, Polynomial
 from slewctl.basis.with_joint import jointed
 from slewctl.errors import InputError, check_count, shown
 from slewctl.model.assembly import factors
-from slewctl.model.ritz import Boundary, RitzModes, ritz_modes, rounding
+from slewctl.model.ritz import Boundary, RitzModes, Triangular, ritz_modes, rounding
 from slewctl.model.subspace import lowest_modes, trials
 
 MOST_MODES = 500
@@ -75,22 +76,63 @@ def converged(arm: Arm, modes: int, boundary: Boundary) -> Converged:
     """
     if isinstance(arm.beam, ModalData):
         return _given(arm, arm.beam.modes, modes, boundary)
+    turning = held(arm, boundary)
+    sizes = _enlarged(arm, modes)
+    first, basis = next(sizes), next(sizes)
+    coarse: RitzModes | None = None
+    omega: Array | None = None
+    while basis.n <= _few(modes):
+        # The frequencies alone until they settle, the first from within the same matrices.
+        parts = factors(turning, jointed(turning, basis))
+        found = Triangular.of(parts, boundary)
+        beside = len(found.inverse) - basis.n
+        before = found.omega(first.n + beside)[:modes] if omega is None else omega
+        omega = found.omega(basis.n + beside)[:modes]
+        change = np.abs(before / omega - 1)
+        following = next(sizes)
+        if _settled(change, basis) or following.n > _few(modes):
+            coarse = found.modes()
+            if _settled(change, basis):
+                return _finished(turning, basis, coarse, modes, change)
+        first, basis = basis, following
+    if coarse is None:
+        coarse = modes_in(arm, first, modes, boundary, tolerance=_ROUGHLY)
+    while True:
+        fine = modes_in(arm, basis, modes, boundary, coarse)
+        change = np.abs(coarse.omega[:modes] / fine.omega[:modes] - 1)
+        if _settled(change, basis):
+            return _finished(turning, basis, fine, modes, change)
+        coarse, basis = fine, next(sizes)
+
+
+def _enlarged(arm: Arm, modes: int) -> Iterator[Polynomial]:
+    """Yield bases of more and more functions, as many on every panel, for so many modes."""
     edges = arm.breakpoints
     panels = len(edges) + 1
     few = -(-12 // panels)
     terms = 3 + 2 * modes // panels + few
-    first = Polynomial(panels * terms, edges)
-    coarse = modes_in(arm, first, modes, boundary, tolerance=_ROUGHLY)
     while True:
+        yield Polynomial(panels * terms, edges)
         terms += max(1, few, terms // 4)
-        basis = Polynomial(panels * terms, edges)
-        fine = modes_in(arm, basis, modes, boundary, coarse)
-        omega = fine.omega[:modes]
-        change = np.abs(coarse.omega[:modes] / omega - 1)
-        if change.max() <= _TARGET or basis.n > max(_MOST_FUNCTIONS, panels * _MOST_TERMS):
-            turning = jointed(held(arm, boundary), basis)
-            return Converged(turning, omega, fine.shapes[:, :modes], change + rounding(omega))
-        coarse = fine
+
+
+def _few(modes: int) -> int:
+    """Return up to how many functions all modes of the matrices cost less than those wanted."""
+    return max(SMALL, 3 * trials(modes))
+
+
+def _settled(change: Array, basis: Polynomial) -> bool:
+    """Whether frequencies stand still, or no more functions are taken."""
+    most = max(_MOST_FUNCTIONS, (len(basis.edges) + 1) * _MOST_TERMS)
+    return bool(change.max() <= _TARGET) or basis.n > most
+
+
+def _finished(
+    turning: Arm, basis: Polynomial, found: RitzModes, modes: int, change: Array
+) -> Converged:
+    omega = found.omega[:modes]
+    shapes = found.shapes[:, :modes]
+    return Converged(jointed(turning, basis), omega, shapes, change + rounding(omega))
 
 
 def _given(arm: Arm, known: int, modes: int, boundary: Boundary) -> Converged:
@@ -135,7 +177,7 @@ def modes_in(
         Relative error of the shapes; that of the frequencies is its square.
     """
     arm = held(arm, boundary)
-    if basis.n <= max(SMALL, 3 * trials(modes)):
+    if basis.n <= _few(modes):
         return ritz_modes(factors(arm, jointed(arm, basis)), boundary)
     start = coarse.shapes[:, : trials(modes)] if coarse else None
     return lowest_modes(arm, basis, modes, boundary, start, tolerance)

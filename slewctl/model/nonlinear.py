@@ -18,18 +18,14 @@ import numpy as np
 
 from slewctl._show import Described
 from slewctl._types import Array
-from slewctl.errors import SlewctlError
 from slewctl.model.assembly import Model
+from slewctl.model.large_deflection import LargeDeflectionError
 from slewctl.model.spin import (
     carried_mass_factor,
     check_model,
     critical_spin_rad_s,
     stiffening_factor,
 )
-
-
-class LargeDeflectionError(SlewctlError):
-    """The arm bends further than equations of second order in the deflection can describe."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

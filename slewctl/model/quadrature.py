@@ -15,12 +15,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
-from scipy.special import roots_legendre
+import numpy.typing as npt
 
 from slewctl._types import Array, IntArray
 from slewctl.errors import AccuracyError
+
+LongArray = npt.NDArray[np.floating[Any]]
 
 # Of double precision.
 UNIT_ROUNDOFF = 2.0**-53
@@ -57,20 +60,27 @@ def points_needed(exponents: Array, degree: int) -> IntArray:
 
 @lru_cache(maxsize=256)
 def _gauss(points: int) -> tuple[Array, Array]:
-    """Return Gauss–Legendre nodes and weights on [-1, 1], refined in extended precision.
+    """Return Gauss–Legendre nodes and weights on [-1, 1], by Newton steps from Tricomi's formula.
 
     The weight at a node close to ±1 amplifies the node's rounding by 1/(1 − x²), which in
-    double precision leaves it with ten digits only.
+    double precision leaves it with ten digits only: the last steps are of extended precision.
     """
-    x = roots_legendre(points)[0].astype(np.longdouble)
-    one = np.longdouble(1)
-    for _ in range(2):
-        before, value = np.ones_like(x), x.copy()
-        for k in range(2, points + 1):
-            before, value = value, ((2 * k - 1) * x * value - (k - 1) * before) / (one * k)
-        slope = points * (before - x * value) / (1 - x**2) if points > 1 else np.ones_like(x)
+    k = np.arange(points, 0.0, -1.0)
+    x = (1 - (points - 1) / (8 * points**3)) * np.cos(np.pi * (4 * k - 1) / (4 * points + 2))
+    for kind in (float, float, np.longdouble, np.longdouble):
+        x = x.astype(kind)
+        value, slope = _legendre(points, x)
         x = x - value / slope
     return x.astype(float), (2 / ((1 - x**2) * slope**2)).astype(float)
+
+
+def _legendre(degree: int, x: LongArray) -> tuple[LongArray, LongArray]:
+    """Return the Legendre polynomial of a degree and its slope, in the precision of `x`."""
+    one = np.ones_like(x)
+    before, value = one, x.copy()
+    for k in range(2, degree + 1):
+        before, value = value, ((2 * k - 1) * x * value - (k - 1) * before) / k
+    return value, degree * (before - x * value) / (1 - x**2) if degree > 1 else one
 
 
 @lru_cache(maxsize=64)  # all arms and bases without inner points of their own share a few

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from slewctl.arm import Arm, Beam, Hub
-from slewctl.basis import bases_of
-from slewctl.model.assembly import assemble
+from slewctl.arm import Arm, Beam, Hub, ModalData
+from slewctl.basis import Modal, Polynomial
+from slewctl.basis.with_joint import jointed
+from slewctl.model.assembly import check_arm, factors
 
 
 def beam_mass(arm: Arm) -> float:
@@ -78,7 +79,11 @@ def total_inertia(arm: Arm) -> float:
     >>> round(total_inertia(arm), 4)
     0.3944
     """
-    return float(assemble(arm, bases_of(arm)[-1], 1).mass[0, 0])
+    check_arm(arm, "total_inertia")
+    # The first column is the rigid rotation, whatever functions stand beside it.
+    functions = Modal(1) if isinstance(arm.beam, ModalData) else Polynomial(1)
+    rotation = factors(arm, jointed(arm, functions.matched_to(arm))).mass[:, 0]
+    return float(rotation @ rotation)
 
 
 @lru_cache(maxsize=256)

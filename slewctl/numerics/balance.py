@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import matrix_balance
+from scipy.linalg.lapack import dgebal, zgebal
 
 from slewctl._types import Array, ComplexArray
 
 
 def balance(A: Array | ComplexArray) -> Array:
     """Return state scales s (powers of two) for which diag(1/s) A diag(s) is balanced."""
-    with np.errstate(invalid="ignore"):  # scipy casts scales beyond int64 to permutations
-        _, (scale, _) = matrix_balance(A, permute=False, separate=True)
-    return np.asarray(scale, dtype=float)
+    complete = np.asarray_chkfinite(A)
+    if not complete.size:
+        return np.ones(0)
+    # scipy.linalg.matrix_balance, which wraps this, takes longer than it on small matrices.
+    gebal = zgebal if np.iscomplexobj(complete) else dgebal
+    return np.asarray(gebal(complete, scale=1, permute=0)[3], dtype=float)
 
 
 def balance_system(

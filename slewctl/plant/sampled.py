@@ -9,8 +9,8 @@ the mean of Σ z² over all times, not over the instants.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, fields
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -297,7 +297,22 @@ def sampled_plant(plant: GeneralisedPlant, sample_time: float, delay: float = 0.
 
 
 def _held(plant: GeneralisedPlant, h: float) -> Held:
-    return held(plant.A, plant.B2, plant.B1, np.hstack([plant.C1, plant.D12]), h)
+    """Return a plant's motion over a time; the same plant is asked for it again and again."""
+    matrices = (plant.A, plant.B2, plant.B1, np.hstack([plant.C1, plant.D12]))
+    shapes = tuple(matrix.shape for matrix in matrices)
+    return _held_again(b"".join(matrix.tobytes() for matrix in matrices), shapes, h)
+
+
+@lru_cache(maxsize=64)  # those of a ladder of truths
+def _held_again(numbers: bytes, shapes: tuple[tuple[int, ...], ...], h: float) -> Held:
+    ends = np.cumsum([math.prod(shape) for shape in shapes])
+    parts = np.split(np.frombuffer(numbers), ends[:-1])
+    A, B, B1, F = (part.reshape(shape) for part, shape in zip(parts, shapes, strict=True))
+    found = held(A, B, B1, F, h)
+    for field in fields(found):
+        if isinstance(value := getattr(found, field.name), np.ndarray):
+            value.flags.writeable = False
+    return found
 
 
 def split_delay(sample_time: float, delay: float) -> tuple[int, float]:

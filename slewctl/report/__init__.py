@@ -8,6 +8,8 @@ if TYPE_CHECKING:
     from slewctl.report.comparison import write_comparison
     from slewctl.report.export import check_parquet
     from slewctl.report.identification import write_identification
+    from slewctl.report.measured_panel import margin_rows as margin_rows
+    from slewctl.report.measured_panel import measured_figures as measured_figures
     from slewctl.report.paper import write_paper
     from slewctl.report.printed import write_figures
     from slewctl.report.replay import write_replay

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from slewctl import report
 from slewctl.compare import (
     QUANTITIES,
     CaseResult,
@@ -21,7 +22,6 @@ from slewctl.compare import (
     sampling_loss,
 )
 from slewctl.compare.quantities import WEIGHTED, Kind
-from slewctl.loop.on_measured import OnMeasured
 from slewctl.report.comparison_figures import figures, looks
 from slewctl.report.comparison_tables import TABLES, file_name, known, readings
 from slewctl.report.export import (
@@ -31,13 +31,6 @@ from slewctl.report.export import (
     parquet,
     to_plain,
     write_files,
-)
-from slewctl.report.measured_panel import (
-    MEASURED_LOOP,
-    RESPONSE,
-    loop_figure,
-    margin_rows,
-    response_figure,
 )
 from slewctl.report.page import render, versions
 
@@ -165,7 +158,7 @@ def _margin_rows(result: CaseResult) -> list[dict[str, Any]]:
     """Return the margins on the measured response beside those on the truth; none without one."""
     met, chosen = result.measured, result.chosen
     own = chosen.judgement.margins if chosen.stable else None
-    return margin_rows(met.margins, own) if met else []
+    return report.margin_rows(met.margins, own) if met else []
 
 
 def _evaluation(e: Evaluation, *, slewed: bool) -> dict[str, Any]:
@@ -252,7 +245,7 @@ def section(
         ],
         "inputs": _inputs(result),
         **drawn(result),
-        "beside": _measured_figures(place, result.measured),
+        "beside": report.measured_figures(place, result.measured) if result.measured else [],
     }
 
 
@@ -269,15 +262,6 @@ def drawn(result: CaseResult) -> dict[str, Any]:
             for k, look in enumerate(designs)
         ),
     }
-
-
-def _measured_figures(place: int, met: OnMeasured | None) -> list[tuple[str, str]]:
-    if met is None:
-        return []
-    return [
-        (response_figure(met.response, met.computed, "truth", f"r{place}"), RESPONSE),
-        (loop_figure(met, "truth", f"m{place}"), MEASURED_LOOP),
-    ]
 
 
 # The tables of all designs: a heading, and the kinds of quantities that stand in each.

@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TextIO
@@ -39,6 +40,11 @@ def to_plain(value: Any) -> Any:
     Dataclasses become objects, arrays lists, complex numbers ``[re, im]`` and infinities
     the strings "inf" and "-inf".  Numbers keep ten digits, arrays longer than fifty five.
     """
+    kind = type(value)
+    if kind is float:  # most of what there is
+        return _rounded(value, _DIGITS) if math.isfinite(value) else str(value)
+    if value is None or kind in (str, int, bool):
+        return value
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_plain(getattr(value, f.name)) for f in fields(value) if f.init}
     if isinstance(value, Mapping):
@@ -63,10 +69,23 @@ def to_plain(value: Any) -> Any:
 def _plain_array(array: np.ndarray[Any, Any]) -> Any:
     if array.ndim > 1:
         return [_plain_array(row) for row in array]
-    items = [to_plain(item) for item in array.tolist()]
+    items = array.tolist()
+    if array.dtype == np.float64 and np.isfinite(array).all():
+        plain = _shortened(items, _DIGITS)
+        return plain if len(items) <= _CURVE_LENGTH else _shortened(plain, _CURVE_DIGITS)
+    items = [to_plain(item) for item in items]
     if len(items) <= _CURVE_LENGTH:
         return items
     return [_rounded(item, _CURVE_DIGITS) for item in items]
+
+
+def _shortened(numbers: Iterable[float], digits: int) -> list[float]:
+    """Return finite numbers with fewer digits."""
+    form = f"{{:.{digits - 1}e}}".format
+    short = [float(form(number)) for number in numbers]
+    if math.inf in short or -math.inf in short:  # the largest numbers round to infinity
+        return [_rounded(number, digits) for number in numbers]
+    return short
 
 
 def _rounded(item: Any, digits: int) -> Any:
@@ -114,22 +133,22 @@ def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
 
 def _write_csv(rows: Iterable[Mapping[str, Any]], out: TextIO) -> None:
     """Write rows one by one, so that a million of them need no memory."""
-    writer = None
+    writer = csv.writer(out, lineterminator="\n")
+    names: list[str] = []
     for row in rows:
-        if writer is None:
-            writer = csv.DictWriter(out, fieldnames=list(row), lineterminator="\n")
-            writer.writeheader()
-        writer.writerow({key: _csv_cell(item) for key, item in row.items()})
+        if not names:
+            names = list(row)
+            writer.writerow(names)
+        writer.writerow([_csv_cell(row[name]) for name in names])
 
 
 def _csv_cell(item: Any) -> Any:
     """Return a cell: text is made harmless, and infinite numbers become words."""
-    # Most cells of a long table are these.
-    if item is None or type(item) is int:
-        return item
-    if type(item) is float and math.isfinite(item):
-        return _rounded(item, _DIGITS)
-    return csv_cell(item) if isinstance(item, str) else to_plain(item)
+    return _harmless(item) if isinstance(item, str) else to_plain(item)
+
+
+# A column says the same few words again and again.
+_harmless = lru_cache(maxsize=1024)(csv_cell)
 
 
 def packed_csv(rows: Iterable[Mapping[str, Any]]) -> bytes:

@@ -78,6 +78,14 @@ def loop_figure(met: OnMeasured, label: str, name: str) -> str:
     return svg(fig, name, f"Return ratio on the measured response and on the {label} one")
 
 
+def measured_figures(place: int, met: OnMeasured) -> list[tuple[str, str]]:
+    """Return the figures of a case on its measured response, each with its caption."""
+    return [
+        (response_figure(met.response, met.computed, "truth", f"r{place}"), RESPONSE),
+        (loop_figure(met, "truth", f"m{place}"), MEASURED_LOOP),
+    ]
+
+
 def margin_rows(measured: MeasuredMargins, other: Margins | None) -> list[dict[str, Any]]:
     """Return each margin on the measurement, with its interval, beside the model's."""
     rows = []

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from slewctl._types import Array, ComplexArray
 from slewctl.escape import quoted
@@ -256,9 +255,12 @@ def refined(omega: Array, values: ComplexArray, parts: int = 4) -> tuple[Array, 
     u = np.log(omega)
     log = np.log(np.abs(values)) + 1j * np.unwrap(np.angle(values))
     slopes = np.gradient(log, u)
-    steps = np.diff(u)[:, None] * np.arange(parts) / parts
-    fine = np.append((u[:-1, None] + steps).ravel(), u[-1])
-    log_fine = CubicHermiteSpline(u, log, slopes)(fine)
+    width, t = np.diff(u)[:, None], np.arange(parts) / parts
+    fine = np.append((u[:-1, None] + width * t).ravel(), u[-1])
+    # Hermite's cubics, of the values at both ends and of the slopes there.
+    ends = (1 + 2 * t) * (1 - t) ** 2 * log[:-1, None] + t**2 * (3 - 2 * t) * log[1:, None]
+    bends = t * (1 - t) ** 2 * slopes[:-1, None] + t**2 * (t - 1) * slopes[1:, None]
+    log_fine = np.append((ends + width * bends).ravel(), log[-1])
     return np.exp(fine), np.exp(log_fine)
 
 

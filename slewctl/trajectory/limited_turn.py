@@ -13,7 +13,6 @@ from math import ceil, inf, sqrt
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.optimize import linprog
 
 from slewctl._types import Array
 from slewctl.errors import (
@@ -215,6 +214,8 @@ class _Program:
 
     def _solved(self, samples: int) -> Array | None:
         """Return torques of so many samples as parts of what they need, if there are."""
+        from scipy.optimize import linprog  # slow to load: not before it is wanted
+
         # From the end of each sample to that of the last.
         back = np.asarray(self.T * np.arange(samples - 1, -1, -1.0))
         unit = self.inertia * self.angle / (samples * self.T) ** 2

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from math import ceil, pi, sqrt
 
 import numpy as np
-from scipy.optimize import linprog
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_number, check_positive
@@ -109,6 +108,8 @@ def rest_to_rest(
 
 def _farthest(end: float, modes: Sequence[Mode], order: int) -> tuple[float, FullTorque]:
     """Return how far J·angle/limit comes in a time on a grid, and the multipliers' torque."""
+    from scipy.optimize import linprog  # slow to load: not before it is wanted
+
     functionals = Functionals(modes, order, end)
     quickest = max(mode.frequency for mode in modes)
     samples = max(_LEAST, ceil(_A_PERIOD * end * quickest / (2 * pi)))

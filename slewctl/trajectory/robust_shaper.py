@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from math import ceil, pi
 
 import numpy as np
-from scipy.optimize import linprog
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError, InputError, check_number, check_positive
@@ -202,6 +201,8 @@ def _shortest(bands: Sequence[Band], tolerance: float, step: float) -> Shaper:
 
 def _impulses(samples: int, bands: Sequence[Band], tolerance: float, step: float) -> Array | None:
     """Return impulses at 0, …, `samples` steps within the tolerance, if there are."""
+    from scipy.optimize import linprog  # slow to load: not before it is wanted
+
     back = step * np.arange(-samples, 1.0)
     waves, starts = [], []
     for band in bands:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from math import ceil
 
 import numpy as np
-from scipy.optimize import linprog
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_positive
@@ -92,6 +91,8 @@ def sampled_shaper(modes: Sequence[Mode], sample_time: float, order: int = 1) ->
 
 def _impulses(samples: int, modes: Sequence[Mode], sample_time: float, order: int) -> Array | None:
     """Return impulses at 0, …, `samples` times the sample time without residual, if there are."""
+    from scipy.optimize import linprog  # slow to load: not before it is wanted
+
     back = sample_time * np.arange(-samples, 1.0)
     rows = [np.ones_like(back)]
     for mode in modes:

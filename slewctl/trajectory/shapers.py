@@ -14,7 +14,6 @@ from functools import reduce
 from math import exp, pi, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
 
 from slewctl._show import Tabular
 from slewctl._types import Array
@@ -331,6 +330,7 @@ def _faded(kind: str, mode: Mode, tolerance: float) -> Array:
 
 def _raised(kind: str, mode: Mode, wanted: float) -> float:
     """Return the tolerance of the undamped amplitudes that leaves `wanted` after fading."""
+    from scipy.optimize import brentq  # slow to load: not before it is wanted
 
     def beyond(tolerance: float) -> float:
         faded = _faded(kind, mode, tolerance)

@@ -14,7 +14,7 @@ from slewctl.check.measured import MEASURED, READ, judge_measured
 from slewctl.check.result import DesignResult, Finding
 from slewctl.compare import evaluate
 from slewctl.files import read_design
-from slewctl.files.measured_table import read_measured
+from slewctl.files.measured_file import read_measured
 from slewctl.gate import check_file, examine, verdicts
 from slewctl.measured.response_data import rig_response
 from slewctl.measured.rig_model import Channel, Modes, integrations

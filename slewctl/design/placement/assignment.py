@@ -28,6 +28,7 @@ from slewctl._types import Array, ComplexArray
 from slewctl.design.placement.pole_pairs import LonePole, OpenLoop, PolePair, Roots
 from slewctl.errors import AccuracyError
 from slewctl.numerics.ordered_schur import nearest_of, ordered_schur
+from slewctl.numerics.pairing import paired
 
 # Poles that an input moves by less than this fraction of its reach are out of it.
 _OUT_OF_REACH = 1e-11
@@ -112,11 +113,9 @@ def misplacement(A: Array, wanted: Sequence[complex] | ComplexArray) -> Misplace
     wanted : sequence of complex
         n of them.
     """
-    from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
-
     found, poles = pole_sensitivity(A), np.asarray(wanted)
     distance = np.abs(found.poles[:, None] - poles)
-    rows, columns = linear_sum_assignment(distance)
+    rows, columns = paired(distance)
     distances = distance[rows, columns]
     size = np.linalg.norm(A, 2) or 1.0
     slowest = np.finfo(float).eps * size  # a pole at the origin has no relative distance

@@ -20,6 +20,7 @@ from slewctl.errors import AccuracyError
 from slewctl.loop.motion.eigenpairs import Pairs, scale_of_the_slow
 from slewctl.numerics.modes import Eigensystem, linked, near
 from slewctl.numerics.ordered_schur import nearest_of, ordered_complex_schur
+from slewctl.numerics.pairing import paired
 
 # Largest condition numbers of an eigenvalue that stands alone: if too much is lost with one
 # of them the next is tried.
@@ -196,15 +197,13 @@ def _parted(
     A: Array, values: ComplexArray, alone: BoolArray
 ) -> Iterator[tuple[BoolArray, list[Part]]]:
     """Yield which eigenvalues stand alone and blocks of all others, the smallest blocks first."""
-    from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
-
     if alone.all():
         yield alone, []
         return
     again = np.diag(schur(A, output="complex")[0])
     # Those that can stand alone are well conditioned: each is found again.
     able = np.flatnonzero(alone)
-    _, known = linear_sum_assignment(np.abs(values[able][:, None] - again))
+    _, known = paired(np.abs(values[able][:, None] - again))
     others = np.setdiff1d(np.arange(len(again)), known)
     for nearness in _NEARNESS:
         joined = near(again, nearness, floor=nearness**2 * float(np.abs(again).max()))

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from slewctl.errors import InputError
 from slewctl.loop.closed import Loop
@@ -79,6 +78,8 @@ def least_duration(loop: Loop, slew: Slew) -> float:
 
 def _least(beyond: Callable[[float], bool], duration: float, added: float) -> float:
     """Return the shortest duration that is not beyond the limits, between powers of two."""
+    from scipy.optimize import brentq  # slow to load: not before it is wanted
+
     low = high = duration - added
     while beyond(high + added):
         low, high = high, 2 * high
