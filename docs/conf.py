@@ -18,6 +18,7 @@ extensions = [
     "notebooks",
     "mathml",
     "registries",
+    "pictures",
 ]
 # The first one is that of the pages that autosummary writes.
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}

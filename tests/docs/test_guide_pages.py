@@ -71,6 +71,21 @@ def test_the_gallery_shows_what_its_notebooks_gave(pages: dict[str, str]) -> Non
 
 @pytest.mark.slow
 @pytest.mark.xdist_group("guide")
+def test_the_five_pictures_are_drawn_in_the_page_and_told(pages: dict[str, str]) -> None:
+    figures = re.findall(r"<figure.*?</figure>", pages["idea.html"], re.S)
+    assert len(figures) == 5
+    for drawn in figures:
+        shown = re.findall(r'<svg [^>]*role="img" aria-label="([^"]{40,})"', drawn)
+        assert len(shown) == 2
+        assert "currentColor" in drawn  # of the page: dark on light, light on dark
+        caption = re.sub("<[^>]*>", "", drawn[drawn.index("<figcaption") :])
+        assert len(caption) > 200
+        assert "{" not in caption
+        assert "nan" not in caption
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("guide")
 def test_nothing_of_the_build_is_left_among_the_pages(pages: dict[str, str]) -> None:
     assert pages
     assert not list((ROOT / "docs").rglob("*.ipynb"))

@@ -30,7 +30,7 @@ FOLLOWED = (FIRST_STEPS, TO_CODE, OWN_PID, OWN_STUDY)
 PAGES = [
     *sorted(page for page in (DOCS / "tutorials").glob("*.md") if page not in FOLLOWED),
     *(DOCS / f"{name}.md" for name in ("measurements", "commands", "simulation", "export")),
-    *(DOCS / f"{name}.md" for name in ("choose-basis", "weights", "sampled-controllers")),
+    *(DOCS / f"{name}.md" for name in ("idea", "choose-basis", "weights", "sampled-controllers")),
     *(DOCS / f"{name}.md" for name in ("dask", "truth", "hub-decides", "h2-by-lmis")),
 ]
 
