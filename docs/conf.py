@@ -32,6 +32,7 @@ myst_heading_anchors = 2
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
+nb_merge_streams = True
 nb_ipywidgets_js = {}  # none are shown, and their scripts would come from a network
 autosummary_generate = True
 autodoc_typehints = "none"
