@@ -14,15 +14,26 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "numpydoc",
-    "myst_parser",
+    "myst_nb",
+    "notebooks",
     "mathml",
     "registries",
+    "pictures",
 ]
-source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+# The first one is that of the pages that autosummary writes.
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}
 exclude_patterns = ["_build", "_ext", "_templates"]
+html_static_path = ["_static"]
+html_css_files = ["guide.css"]
 templates_path = ["_templates"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 2
+# The gallery is run whenever the guide is built; what fails in it fails the build.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_merge_streams = True
+nb_ipywidgets_js = {}  # none are shown, and their scripts would come from a network
 autosummary_generate = True
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
