@@ -94,11 +94,16 @@ def _modal_cost(A: Array, B: Array, C: Array) -> H2Cost | None:
     except np.linalg.LinAlgError:
         return None
     b, c, sums = inverse @ B, C @ V, poles[:, None] + poles.conj()
-    P = -(V @ (b @ b.conj().T / sums) @ V.conj().T).real
+    shares = b @ b.conj().T / sums
+    P = -(V @ shares @ V.conj().T).real
     W = -(inverse.conj().T @ (c.conj().T @ c / sums.conj()) @ inverse).real
     half = A @ P
     missed = float(np.sum(W * (half + half.T + B @ B.T)))
-    rounding = 2 * len(A) * np.finfo(float).eps * float(np.sum(np.abs(W) * (np.abs(A) @ np.abs(P))))
+    # Of the residual, a sum of n products; and of the poles' shares, each of which carries a few
+    # roundings of its own and which cancel where two poles nearly meet.
+    eps = np.finfo(float).eps
+    rounding = 2 * len(A) * eps * float(np.sum(np.abs(W) * (np.abs(A) @ np.abs(P))))
+    rounding += 4 * eps * float(np.sum((np.abs(c) @ np.abs(shares)) * np.abs(c)))
     first = _cost(B, C, P, W)
     size = max(abs(first.value), float(np.finfo(float).tiny))
     return H2Cost(first.value, float(first.discrepancy + (abs(missed) + rounding) / size))
