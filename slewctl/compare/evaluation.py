@@ -13,7 +13,7 @@ from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.compare.case import Case, Origin
 from slewctl.compare.design_basis import DesignModel, design_model
-from slewctl.compare.judgement import Judgement, Yardstick
+from slewctl.compare.judgement import Judgement, Yardstick, yardstick
 from slewctl.design import Controller
 from slewctl.errors import SlewctlError
 from slewctl.loop import Slew
@@ -101,7 +101,7 @@ class Judge:
     @cached_property
     def yardstick(self) -> Yardstick:
         """The truth with its optimum."""
-        return Yardstick(truth(self.case.arm, self.case.truth_modes), self.case.objective)
+        return yardstick(truth(self.case.arm, self.case.truth_modes), self.case.objective)
 
     @property
     def truth(self) -> Truth:

@@ -15,7 +15,6 @@ import numpy as np
 
 from slewctl import loop as loops
 from slewctl._types import Array, ComplexArray
-from slewctl.arm import Arm
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
 from slewctl.loop import Loop, Margins, Slew, close
@@ -71,7 +70,8 @@ class Yardstick:
         """
         key = (sample_time, delay)
         if key not in self._optima:
-            self._optima[key] = _optimum(_Asked.of(self, sample_time, delay))
+            clock = {"sample_time": sample_time, "delay": delay} if sample_time else {}
+            self._optima[key] = lqg(self.plant, **clock)
         return self._optima[key]
 
     @cached_property
@@ -80,7 +80,7 @@ class Yardstick:
         modes = 2 * self.modes
         if modes > MOST_MODES or self.model.complete:
             return None
-        return Yardstick(truth(self.model.arm, modes), self.objective)
+        return yardstick(truth(self.model.arm, modes), self.objective)
 
     def judge(self, controller: Controller, slew: Slew) -> Judgement:
         """Return what a controller achieves on the truth; asked again at once, the same."""
@@ -93,30 +93,27 @@ class Yardstick:
         return found
 
 
-@dataclass(frozen=True)
-class _Asked:
-    """A plant and a clock; equal to another if the optimum is, since all its numbers are."""
+def yardstick(model: Truth, objective: Objective) -> Yardstick:
+    """Return a truth with its optimum; of the same truth and objective, the same again.
 
-    arm: Arm
-    numbers: bytes
-    signals: tuple[str, ...]
-    clock: tuple[float, float]
-    plant: GeneralisedPlant = field(compare=False, repr=False)
-
-    @classmethod
-    def of(cls, yardstick: Yardstick, sample_time: float, delay: float) -> _Asked:
-        plant = yardstick.plant
-        system = plant.linear
-        numbers = b"".join(np.ascontiguousarray(matrix).tobytes() for matrix in system.matrices)
-        signals = (*system.input_labels, *system.output_labels, *system.state_labels)
-        return cls(yardstick.model.arm, numbers, signals, (sample_time, delay), plant)
+    Parameters
+    ----------
+    model : Truth
+    objective : Objective
+    """
+    limits, noise = tuple(objective.limits.items()), tuple(objective.noise.items())
+    return _yardstick(model, limits, noise, objective.weighted)
 
 
-@lru_cache(maxsize=128)  # designs for one arm and objective are compared with the same optima
-def _optimum(asked: _Asked) -> Controller:
-    sample_time, delay = asked.clock
-    clock = {"sample_time": sample_time, "delay": delay} if sample_time else {}
-    return lqg(asked.plant, **clock)
+# Two objectives are one where their signals stand in the same order, too.
+@lru_cache(maxsize=64)
+def _yardstick(
+    model: Truth,
+    limits: tuple[tuple[str, float], ...],
+    noise: tuple[tuple[str, float], ...],
+    weighted: bool,
+) -> Yardstick:
+    return Yardstick(model, Objective(dict(limits), dict(noise), weighted))
 
 
 def shaped_for(slew: Slew, loop: Loop) -> Slew:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from slewctl._threads import single_threaded
 from slewctl.basis import Combined
 from slewctl.compare.case import Case, Origin
 from slewctl.compare.evaluation import Judge
-from slewctl.compare.judgement import Judgement, Yardstick
+from slewctl.compare.judgement import Judgement, Yardstick, yardstick
 from slewctl.compare.reading import read
 from slewctl.design import Controller
 from slewctl.errors import AccuracyError, InputError, SlewctlError, check_count
@@ -224,8 +225,14 @@ def redesigned(case: Case, basis: str | None, n: int | None) -> Case:
 def steps(judge: Judge) -> tuple[Yardstick, ...]:
     """Return the truth's first n, n + 1 … all modes; the ladders of several designs share them."""
     whole, lowest = judge.yardstick, max(judge.case.n, 1)
-    shorter = (first_modes(whole.model, modes) for modes in range(lowest, whole.modes))
-    return (*(Yardstick(model, whole.objective) for model in shorter), whole)
+    models = _shorter(whole.model)[lowest - 1 :]
+    return (*(yardstick(model, whole.objective) for model in models), whole)
+
+
+@lru_cache(maxsize=8)
+def _shorter(model: Truth) -> tuple[Truth, ...]:
+    """Return the truth's first 1, 2, … modes: what they yield is computed once for all designs."""
+    return tuple(first_modes(model, modes) for modes in range(1, model.modes))
 
 
 def climb(
@@ -236,7 +243,7 @@ def climb(
     Raises
     ------
     AccuracyError
-        If an optimum is not confirmed by its own checks.
+        If an optimum with which a stable rung is compared is not confirmed by its own checks.
     """
     return Ladder(
         name=judge.case.name,
@@ -249,7 +256,8 @@ def climb(
 
 
 def _rung(judgement: Judgement, kept: int) -> Rung:
-    if judgement.loop.objective.weighted and not judgement.optimum.certificate.verified:
+    told = judgement.loop.objective.weighted and judgement.stable
+    if told and not judgement.optimum.certificate.verified:
         raise AccuracyError(
             f"the optimum with {judgement.modes} modes is {judgement.optimum.certificate}",
             where="spillover_ladder",

@@ -84,8 +84,6 @@ def solve_lyapunov(A: Array, Q: Array) -> Array:
 
 # With a residual so small a solution is as good as rounding lets it be.
 _SOLVED = 1e-13
-
-
 # Newton steps at most, and the relative change of a gain after which none is needed.
 _MOST_STEPS, _STILL = 6, 1e-8
 

@@ -6,16 +6,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray, IntArray
+from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.numerics.long_complex import LONG_ROUNDING, LongComplex, LongComplexSum
-from slewctl.numerics.modal_basis import Modes
+from slewctl.numerics.modal_basis import AT_END, Modes
+from slewctl.numerics.sliced_products import add_complex_product, add_product
 
 # Of one complex operation; a sum of n products has n times as much at most (Higham, "Accuracy
 # and Stability of Numerical Algorithms", 2nd ed., sections 3.1 and 3.6).
 ROUNDING = 4 * float(np.finfo(float).eps)
-# Residuals of matrices no larger than this are taken in long numbers: nothing is missing in
-# those of a rigid body, whose poles at zero any rounding would move.
+# Of one rounding of a complex number.
+_ULP = float(np.finfo(float).eps)
+# The eigenvectors of matrices no larger than this are right as they are.
 _SMALL = 2
+# Eigenvectors are mended where that changes them by less than this: else their poles are too
+# near to each other for a first-order step.
+_MENDED = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,32 +78,88 @@ class BoundedModes:
 
 
 def bounded(stack: Stack, modes: Modes) -> BoundedModes:
-    """Return modes with their bounds in double precision."""
-    V, W, correct = np.abs(modes.V), np.abs(modes.W), Corrected(modes.V, modes.W)
-    count = (stack.A.shape[-1] + 2) * ROUNDING
-    if stack.A.shape[-1] <= _SMALL:
-        total = LongComplexSum(stack.A.shape)
-        total.add_matrix_product(stack.A.astype(complex), modes.V)
-        total.add_matrix_product(modes.V, -modes.J)
-        missing = np.abs(total.value) * (1 + ROUNDING) + total.error
-    else:
-        missing = np.abs(stack.A @ modes.V - modes.V @ modes.J)
-        missing += count * (np.abs(stack.A) @ V + V @ np.abs(modes.J))
-    missing += np.abs(stack.lost) @ V
+    """Return modes with their bounds in double precision.
+
+    What rounding has taken from an eigenvector of a fast pole in the direction of a slow one
+    is mended first, so that a slow pole is known as well as its own size allows.
+    """
+    small = stack.A.shape[-1] <= _SMALL
+    if not small and not modes.blocks:
+        modes = _mended(stack.A, modes)
+    below = _below(modes)
+    found, bound = _residual(stack.A, modes.V, modes.J)
+    W, correct = np.abs(modes.W), Corrected(modes.V, modes.W)
+    missing = np.abs(found) * (1 + ROUNDING) + bound + np.abs(stack.lost) @ np.abs(modes.V)
     f, g = rank_one(correct(W @ missing))
     x = modes.W @ stack.B
-    missing = np.abs(stack.B - modes.V @ x) + count * (V @ np.abs(x) + np.abs(stack.B))
+    if not small:
+        x = x + modes.W @ _rest(stack.B, modes.V, x)[0]
+    if below.any():
+        x = np.where(below[..., None], np.roll(x, 1, axis=-2).conj(), x)
+    rest, bound = _rest(stack.B, modes.V, x)
+    Y, shape_error = _seen(stack.C, modes.V)
+    Y = np.where(below[..., None, :], np.roll(Y, 1, axis=-1).conj(), Y)
     return BoundedModes(
         LongComplex(modes.J),
         modes.blocks,
         LongComplex(x[..., 0]),
-        correct(W @ missing)[..., 0],
-        LongComplex(stack.C @ modes.V),
-        count * (np.abs(stack.C) @ V),
+        correct(W @ (np.abs(rest) * (1 + ROUNDING) + bound))[..., 0],
+        LongComplex(Y),
+        shape_error,
         f,
         g,
         False,
     )
+
+
+def _mended(A: Array, modes: Modes) -> Modes:
+    """Return modes after one step of Newton's method from the exact residual."""
+    J = modes.J
+    F = modes.W @ _residual(A, modes.V, J)[0]
+    values = np.diagonal(J, axis1=-2, axis2=-1)
+    apart = values[..., None, :] - values[..., :, None]
+    step = np.divide(F, apart, out=np.zeros_like(F), where=apart != 0)
+    if not np.abs(step).max(initial=0.0) < _MENDED:
+        return modes
+    below = _below(modes)
+    V, there = modes.V + modes.V @ step, (values == 0) | (values == AT_END)
+    moved = np.where(there, values, values + np.diagonal(F, axis1=-2, axis2=-1))
+    V = np.where(below[..., None, :], np.roll(V, 1, axis=-1).conj(), V)
+    moved = np.where(below, np.roll(moved, 1, axis=-1).conj(), moved)
+    J = np.where(np.eye(A.shape[-1], dtype=bool), moved[..., None, :], 0)
+    return Modes(V, np.asarray(np.linalg.inv(V), dtype=complex), J, modes.blocks)
+
+
+def _below(modes: Modes) -> BoolArray:
+    """Return which modes are conjugates of the one before, to the last digit."""
+    values = np.diagonal(modes.J, axis1=-2, axis2=-1)
+    found = (values.imag < 0) & (values == np.roll(values, 1, axis=-1).conj())
+    for block in modes.blocks:
+        found[..., block] = False
+    return np.asarray(found)
+
+
+def _residual(A: Array, V: ComplexArray, J: ComplexArray) -> tuple[ComplexArray, Array]:
+    """Return A V − V J and a bound of what is missing in it."""
+    total = LongComplexSum(V.shape)
+    missing = add_product(total, A, V) + add_complex_product(total, V, -J)
+    return total.value, total.error + missing
+
+
+def _rest(B: Array, V: ComplexArray, x: ComplexArray) -> tuple[ComplexArray, Array]:
+    """Return B − V x and a bound of what is missing in it."""
+    total = LongComplexSum(B.shape)
+    total.real.add(B)
+    missing = add_complex_product(total, V, -x)
+    return total.value, total.error + missing
+
+
+def _seen(C: Array, V: ComplexArray) -> tuple[ComplexArray, Array]:
+    """Return C V, rounded once where that is worth it, and a bound of its error."""
+    total = LongComplexSum((*C.shape[:-1], V.shape[-1]))
+    missing = add_product(total, C, V)
+    Y = total.value
+    return Y, total.error + missing + _ULP * np.abs(Y)
 
 
 def rank_one(F: Array) -> tuple[Array, Array]:

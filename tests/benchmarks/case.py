@@ -40,7 +40,9 @@ print(*spent)
 def spent(tree: Path, modes: int) -> np.ndarray:
     """Return the CPU seconds of every case in a tree."""
     command = [sys.executable, "-c", CASES, str(modes)]
-    found = subprocess.check_output(command, env=os.environ | {"PYTHONPATH": str(tree)}, text=True)
+    own = os.environ | {"PYTHONPATH": str(tree)}
+    # Python looks into the working directory first.
+    found = subprocess.check_output(command, env=own, text=True, cwd=tree)
     return np.array(found.split(), dtype=float)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError
 from slewctl.loop.realisation import Realisation
-from slewctl.numerics.matrix_equations import solve_riccati
+from slewctl.numerics.matrix_equations import solve_riccati, stability_threshold
 
 _RESIDUAL = 1e-8  # of a Riccati equation, relative: a gap is good to about its root, 1e-4
 
@@ -29,6 +29,13 @@ def right_graph(P: Realisation) -> Realisation:
         np.vstack([P.C + P.D @ F, F]),
         np.vstack([P.D @ root, root]),
     )
+
+
+_NO_FACTORS = InputError(
+    "the plant has no normalised coprime factors to working precision",
+    where="nu_gap",
+    remedy="leave out modes on the axis that the input does not reach or no output sees",
+)
 
 
 def left_graph(P: Realisation) -> Realisation:
@@ -60,11 +67,10 @@ def _feedback(P: Realisation, R: Array) -> Array:
             warnings.simplefilter("ignore", RuntimeWarning)
             found = solve_riccati(A, P.B, Q, R)
     except AccuracyError as error:
-        raise InputError(
-            "the plant has no normalised coprime factors to working precision",
-            where="nu_gap",
-            remedy="leave out modes on the axis that the input does not reach or no output sees",
-        ) from error
+        raise _NO_FACTORS from error
+    closed = A - P.B @ found.gain
+    if np.linalg.eigvals(closed).real.max() > -stability_threshold(closed):
+        raise _NO_FACTORS  # a mode that is not moved off the axis but by rounding
     if not found.residual <= _RESIDUAL:
         raise AccuracyError(
             f"the Riccati equation of the coprime factors is solved to {found.residual:.0e} only",

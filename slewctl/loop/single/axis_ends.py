@@ -224,8 +224,6 @@ def first_intervals(
     apart = np.concatenate([[True], np.diff(marks) > 1e-9 * marks[1:]])
     marks = marks[apart]
     marks[-1] = high
-    halves = np.sqrt(marks[1:] * marks[:-1])
-    marks = np.unique(np.concatenate([marks, halves]))
     for gap in gaps:
         marks = marks[(marks <= gap.start) | (marks >= gap.end)]
         marks = np.unique(np.concatenate([marks, [gap.start, gap.end]]))

@@ -18,6 +18,8 @@ from slewctl.loop.single.enclosed import Enclosed, Terms, product_curve, reach
 from slewctl.loop.single.factor_error import ErrorBound, majorant
 from slewctl.loop.single.long_factor import LongFactor
 from slewctl.loop.single.powers import AtZero
+from slewctl.loop.single.quick_error import of_simple_poles
+from slewctl.loop.single.simple_poles import SimplePoles
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.long_complex import LONG_ROUNDING
 from slewctl.numerics.modal_basis import AT_END
@@ -64,9 +66,11 @@ class Factor:
         self.residue: ComplexArray = np.asarray((coefficient * self.simple.b).T)  # (n, p)
         self.size: Array = np.abs(self.residue)
         k = self.order_at_zero
-        self.curving = np.hstack([self.size, self.size * np.abs(self.simple.sigma[:, None]) ** k])
+        curving = np.hstack([self.size, self.size * np.abs(self.simple.sigma[:, None]) ** k])
+        self.sums = SimplePoles(self.simple.sigma, self.residue, curving if k else self.size)
         offset = count * (np.abs(form.D) + np.abs(coefficient * self.simple.a).sum(axis=1))
         self.bound = ErrorBound(form, [*self.blocks, *edges], self.alone, count, offset)
+        self.quick = of_simple_poles(self.bound, self.sums, self.sampled)
         # What slopes do not know of a pole.
         self.blurred = np.abs(form.poles_low[pick])
         if self.sampled:
@@ -103,8 +107,10 @@ class Factor:
         """Return the functions at points s, shape (m, p)."""
         if self.long:
             return self.long.values(s)
-        u = 1 / (s[:, None] - self.simple.sigma)
-        found = u @ self.residue + self.D
+        if s.real.any():
+            found = (1 / (s[:, None] - self.simple.sigma)) @ self.residue + self.D
+        else:
+            found = self.sums.values(s.imag) + self.D
         for block, powers in zip(self.blocks, self.at_zero, strict=True):
             found += (
                 powers.values(s)
@@ -115,17 +121,29 @@ class Factor:
             found += np.multiply.outer((1 - s) / 2, self.at_end)
         return np.asarray(found)
 
+    def slopes(self, v: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Return the functions and their derivatives by v at s = jv, shape (m, p)."""
+        s = np.asarray(1j * v, dtype=complex)
+        value, slope = self.sums.slopes(v)
+        value += self.D
+        for block, powers in zip(self.blocks, self.at_zero, strict=True):
+            if powers:
+                X, X1 = powers.slopes(s)
+            else:
+                away = 1 / self._away(block, s, 0.0)
+                X, X1, _ = self._of_block(block, s, 0.0 * v, away)
+            value, slope = value + X, slope + X1
+        if self.has_end:
+            value = value + np.multiply.outer((1 - s) / 2, self.at_end)
+            slope = slope - 0.5j * self.at_end
+        return self.long.values(s) if self.long else value, slope
+
     def enclosed(self, c: Array, h: Array) -> Enclosed:
         """Return the functions on the intervals [c − h, c + h] of v."""
         s = np.asarray(1j * c, dtype=complex)
-        sigma = self.simple.sigma
-        u = 1 / (s[:, None] - sigma)
-        aside = np.maximum(np.abs(c[:, None] - sigma.imag) - h[:, None], 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            q2 = 1 / (sigma.real**2 + aside * aside)
-            q = np.sqrt(q2)
-            value, slope = u @ self.residue + self.D, -1j * ((u * u) @ self.residue)
-            curves = (2 + 1e-9) * ((q2 * q) @ self.curving)
+            value, slope, curves, apart = self.sums.enclosed(c, h)
+            value += self.D
             curve, flat = curves[:, : self.outputs], curves[:, self.outputs :]
             near = [1 / self._from_interval(block, c, h) for block in self.blocks]
             for block, powers, q_block in zip(self.blocks, self.at_zero, near, strict=True):
@@ -138,9 +156,13 @@ class Factor:
             if self.has_end:
                 value = value + np.multiply.outer((1 - s) / 2, self.at_end)
                 slope = slope - 0.5j * self.at_end
-            error = self._error(q, near, 1 + c + h)
+            if self.quick:
+                reaches = [self._reach(*x) for x in zip(self.blocks, near, strict=True)]
+                error = self.quick(apart, reaches)
+            else:
+                error = self._error(self.sums.in_order(apart), near, 1 + c + h)
             if self.long:
-                value = self.long.values(s)
+                value, q = self.long.values(s), self.sums.in_order(apart)
                 error = error + ROUNDING * np.abs(value) + h[:, None] * self._slope_error(q, near)
             flat = self._flat_curve(c, h, flat) if self.order_at_zero else curve
         return Enclosed(value, slope, curve, error, flat)

@@ -33,6 +33,7 @@ class ErrorBound:
         self, form: ModalForm, blocks: list[Block], alone: IntArray, rounding: float, offset: Array
     ) -> None:
         self.form, self.blocks, self.offset = form, blocks, offset
+        self.alone = alone
         entry = np.abs(form.entry) + form.entry_error
         shape = np.abs(form.shape) + form.shape_error
         inexact = form.shape_error + rounding * shape

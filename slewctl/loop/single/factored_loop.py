@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -88,6 +88,16 @@ class Enclosure:
     def reach(self) -> Array:
         """How far L may be from its value in the middle, for all that is known."""
         return np.abs(self.slope) * self.h + self.radius
+
+    @property
+    def steepness(self) -> Array:
+        """How fast |L| changes at least where that is positive: then it does so one way."""
+        size, steep = np.abs(self.value), np.abs(self.slope)
+        reach = steep * self.h + self.bend
+        uphill = np.abs((self.value.conj() * self.slope).real)
+        with np.errstate(invalid="ignore"):
+            slope = uphill - (steep * reach + (size + reach) * self.h * self.curve)
+            return np.asarray(slope / (size + reach))
 
     def imaginary(self, k: int) -> Imaginary:
         """Return vᵏ Im L, or Im L itself where that is known to be farther from zero.
@@ -233,6 +243,15 @@ class FactoredLoop:
         """Return L at s = jv, shape (m,)."""
         return self.at(np.asarray(1j * v, dtype=complex))
 
+    def slopes(self, v: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Return L and its derivative by v at s = jv, shape (m,)."""
+        (G, G1), (K, K1) = self.plant.slopes(v), self.controller.slopes(v)
+        value, slope = (G * K).sum(axis=1), (G1 * K + G * K1).sum(axis=1)
+        if self.delay:
+            turn = np.exp(-1j * v * self.delay)
+            value, slope = value * turn, (slope - 1j * self.delay * value) * turn
+        return value, slope
+
     def errors(self, s: ComplexArray) -> Array:
         """Return bounds of the error of `at`, shape (m,)."""
         G, K = np.abs(self.plant.values(s)), np.abs(self.controller.values(s))
@@ -250,12 +269,13 @@ class FactoredLoop:
             error = error + ROUNDING * (1 + (c + h) * self.delay) * np.abs(value)
         k, power = self.order_at_zero, np.asarray((1j * c) ** self.order_at_zero)
         if k:
-            sides = [
-                replace(x, value=value_at, slope=slope_at, curve=x.flat)
-                for factor, x in ((self.plant, G), (self.controller, K))
-                for value_at, slope_at in [_flattened(c, x, factor.order_at_zero)]
-            ]
-            _, flat_slope, flat_curve, _ = _product(sides[0], sides[1], wide)
+            before = 1j * k * np.asarray((1j * c) ** (k - 1))
+            flat_slope = before * value + power * slope
+            sides = (
+                _flattened(c, X, at.order_at_zero)
+                for at, X in zip(self._factors, (G, K), strict=True)
+            )
+            flat_curve = product_curve(wide, *sides).sum(axis=1)
         else:
             flat_slope, flat_curve = slope, curve
         flat = power * value
@@ -295,10 +315,10 @@ def _product(X: Enclosed, Y: Enclosed, h: Array) -> tuple[ComplexArray, ComplexA
     return value, slope, curve, np.where(np.isnan(error), np.inf, error)
 
 
-def _flattened(c: Array, x: Enclosed, k: int) -> tuple[ComplexArray, ComplexArray]:
-    """Return value and slope of sᵏ X at s = jc."""
-    power = ((1j * c) ** k)[:, None]
+def _flattened(c: Array, x: Enclosed, k: int) -> tuple[ComplexArray, ComplexArray, Array]:
+    """Return value, slope and curvature of sᵏ X at s = jc."""
     if not k:
-        return x.value, x.slope
+        return x.value, x.slope, x.flat
+    power = ((1j * c) ** k)[:, None]
     before = (1j * k * (1j * c) ** (k - 1))[:, None]
-    return power * x.value, before * x.value + power * x.slope
+    return power * x.value, before * x.value + power * x.slope, x.flat

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
-from slewctl.loop.single.roots import polished
+from slewctl.loop.single.roots import polished_by_slopes
 
 
 @dataclass(eq=False)
@@ -18,6 +18,7 @@ class Points:
     left: list[Array] = field(default_factory=list)
     right: list[Array] = field(default_factory=list)
     width: list[Array] = field(default_factory=list)
+    off: Array = field(default_factory=lambda: np.zeros(0))
 
     def add(self, left: Array, right: Array, width: Array) -> None:
         self.left.append(left)
@@ -34,6 +35,17 @@ class Points:
         """Take roots in the place of the two frequencies of each, by how much they may be off."""
         width = np.concatenate([np.zeros(0), *self.width])
         self.left, self.right, self.width = [roots], [roots], [width + off]
+        self.off = off
+
+    def tighten(self, error: Array, slope: Array) -> None:
+        """Take widths that follow from error and least slope on the widths, where those are less.
+
+        Before, both were those of the whole interval in which a root was found.
+        """
+        width = self.width[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = np.where(slope > 0, error / slope, np.inf) + self.off
+        self.width = [np.fmin(width, found)]
 
     @property
     def arrays(self) -> tuple[Array, Array]:
@@ -53,30 +65,33 @@ class Least:
 
 
 def polish(
-    first: tuple[Points, Callable[[ComplexArray], Array]],
-    second: tuple[Points, Callable[[ComplexArray], Array]],
-    loop: Callable[[Array], ComplexArray],
+    unit: Points, real: Points, slopes: Callable[[Array], tuple[ComplexArray, ComplexArray]]
 ) -> None:
-    """Replace what lies between two frequencies by the root of a function of L, all together.
+    """Replace what lies between two frequencies by the root there, all together.
 
     Parameters
     ----------
-    first, second : tuple of Points and callable
-        From values of L to those whose sign changes.
-    loop : callable
-        From v to L.
+    unit, real : Points
+        Of log|L|, and of Im L.
+    slopes : callable
+        From v to L and its derivative.
     """
-    (one, of_one), (other, of_other) = first, second
-    (a, b), (c, d) = one.ends, other.ends
+    (a, b), (c, d) = unit.ends, real.ends
     count = len(a)
 
-    def value(v: Array, which: IntArray) -> Array:
-        L = loop(v)
-        return np.where(which < count, of_one(L), of_other(L))
+    def value(v: Array, which: IntArray) -> tuple[Array, Array]:
+        L, slope = slopes(v)
+        size = np.abs(L)
+        turning, sine, cosine = slope / L, L.imag / size, L.real / size
+        gain = which < count
+        return (
+            np.where(gain, np.log(size), sine),
+            np.where(gain, turning.real, cosine * turning.imag),
+        )
 
-    roots, off = polished(value, np.concatenate([a, c]), np.concatenate([b, d]))
-    one.replace(roots[:count], off[:count])
-    other.replace(roots[count:], off[count:])
+    roots, off = polished_by_slopes(value, np.concatenate([a, c]), np.concatenate([b, d]))
+    unit.replace(roots[:count], off[:count])
+    real.replace(roots[count:], off[count:])
 
 
 def sort_out(

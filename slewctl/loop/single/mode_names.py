@@ -19,6 +19,7 @@ from slewctl.numerics.frequency_response import FrequencyResponse, sample_time
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.modal_form import modal_form
 from slewctl.numerics.modes import Eigensystem, at_origin
+from slewctl.numerics.pairing import paired
 
 # A pole that is damped less than this rings, and is called a mode.
 _RINGS = 0.3
@@ -87,15 +88,13 @@ def modes_of_pair(
         Natural frequencies of the plant's modes in Hz, increasing, where it is an arm with a
         rigid body; otherwise its lightly damped poles are counted.
     """
-    from scipy.optimize import linear_sum_assignment  # slow to load: not before it is wanted
-
     ringing = _ringing(pair.plant)
     own, step = pair.clocks
     if hertz is None:
         known = list(enumerate(ringing.hertz, 1))
     else:
         apart = np.abs(np.log(np.array(ringing.hertz)[:, None] / np.asarray(hertz)))
-        kept, numbers = linear_sum_assignment(apart)
+        kept, numbers = paired(apart)
         ringing = ringing.only(kept.tolist())
         known = [(k + 1, float(hertz[k])) for k in numbers.tolist()]
     names = tuple(mode_name(number, f, step) for number, f in known)

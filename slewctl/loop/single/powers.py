@@ -56,16 +56,21 @@ class AtZero:
         u = np.vander(self.a + self.b / s, self.order + 1, increasing=True)
         return np.asarray(u[:, 1:] @ self.moments)
 
+    def slopes(self, s: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return the functions and their derivatives along the axis."""
+        part = self.b / s
+        u = np.vander(self.a + part, self.order + 1, increasing=True)
+        j = np.arange(1, self.order + 1)
+        value = u[:, 1:] @ self.moments
+        return value, (-1j * part / s)[:, None] * (u[:, :-1] @ (j[:, None] * self.moments))
+
     def enclosed(self, s: ComplexArray, q: Array) -> tuple[ComplexArray, ComplexArray, Array]:
         """Return value, slope and curvature along the axis, given 1/distances from zero.
 
         u′ = −b/s², |u″| ≤ 2|b| q³, and so |(uʲ)″| ≤ j(j−1) |u|ʲ⁻² |b|² q⁴ + 2j |u|ʲ⁻¹ |b| q³.
         """
-        part = self.b / s
-        u = np.vander(self.a + part, self.order + 1, increasing=True)
+        value, slope = self.slopes(s)
         j = np.arange(1, self.order + 1)
-        value = u[:, 1:] @ self.moments
-        slope = (-1j * part / s)[:, None] * (u[:, :-1] @ (j[:, None] * self.moments))
         size, b = np.abs(self.moments), abs(self.b)
         r = np.vander(abs(self.a) + b * q, self.order + 1, increasing=True)
         q3 = (2 * b * q**3)[:, None]

@@ -10,6 +10,10 @@ from slewctl._types import Array, IntArray
 
 # Bisection alone would take 53 for 16 digits; more end what does not converge.
 _STEPS = 200
+# Newton's method takes few, or has the enclosure halved; from this relative step on they end.
+_NEWTON, _SMALL = 25, 1e-9
+# How near to a root signs are looked at.
+_ULPS, _WIDER = 8 * float(np.finfo(float).eps), 64
 
 
 def polished(
@@ -78,3 +82,56 @@ def _step(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: Array) -> Arra
             fc - fb
         )
     return np.where(safe & np.isfinite(quadratic), quadratic, 0.5)
+
+
+def polished_by_slopes(
+    function: Callable[[Array, IntArray], tuple[Array, Array]], left: Array, right: Array
+) -> tuple[Array, Array]:
+    """Return what `polished` does, of a function with its slope, by Newton's method.
+
+    Steps that leave an enclosure are halvings of it.  In the end the sign is looked at on both
+    sides of each root; where it is the same, `polished` has the last word.
+
+    Parameters
+    ----------
+    function : callable
+        As for `polished`; returns values and slopes.
+    left, right : ndarray
+    """
+    left, right = np.array(left, dtype=float), np.array(right, dtype=float)
+    if not len(left):
+        return left, right
+    every = np.arange(len(left))
+    a, b, fa = left.copy(), right.copy(), function(left, every)[0]
+    x, step = 0.5 * (a + b), b - a
+    open_ = every
+    for _ in range(_NEWTON):
+        k = open_
+        fx, slope = function(x[k], k)
+        same = np.sign(fx) == np.sign(fa[k])
+        a[k], b[k] = np.where(same, x[k], a[k]), np.where(same, b[k], x[k])
+        with np.errstate(all="ignore"):
+            new = x[k] - fx / slope
+        inside = (new >= a[k]) & (new <= b[k])
+        new = np.where(fx == 0, x[k], np.where(inside, new, 0.5 * (a[k] + b[k])))
+        before, size = step[k], np.abs(new)
+        step[k], x[k] = np.abs(new - x[k]), new
+        # Newton's steps that grow smaller no longer are rounding; halvings tell nothing.
+        hidden = inside & (step[k] <= _SMALL * size) & (2 * step[k] >= before)
+        open_ = k[(step[k] > _ULPS / 4 * size) & ~hidden]
+        if not len(open_):
+            break
+    # Beside a light pole rounding hides more.
+    count, off = len(x), np.maximum(_ULPS * np.abs(x), 2 * step)
+    offs = np.stack([off, _WIDER * off])
+    low, high = np.maximum(x - offs, left), np.minimum(x + offs, right)
+    points, which = np.concatenate([low, high]), np.tile(every, 4)
+    signs = np.sign(function(points.ravel(), which)[0]).reshape(2, 2, count)
+    passed = signs[0] * signs[1] <= 0
+    off = np.where(passed[0], np.maximum(x - low, high - x)[0], np.maximum(x - low, high - x)[1])
+    doubtful = ~passed.any(axis=0)
+    doubtful[open_] = True
+    if doubtful.any():
+        k = np.flatnonzero(doubtful)
+        x[k], off[k] = polished(lambda v, i: function(v, k[i])[0], left[k], right[k])
+    return x, off

@@ -13,8 +13,9 @@ import numpy as np
 
 from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.loop.single.axis_ends import WIDEST, Gap, Tail, first_intervals
-from slewctl.loop.single.factored_loop import Enclosure, FactoredLoop
-from slewctl.loop.single.findings import Least, Points, polish, sort_out
+from slewctl.loop.single.factored_loop import Enclosure, FactoredLoop, Imaginary
+from slewctl.loop.single.findings import Least, Points, polish
+from slewctl.loop.single.interval_ends import FARTHER, Monotone, Turns, settled
 
 # Relative tolerance of the smallest distances.
 TOLERANCE = 2e-10
@@ -23,7 +24,7 @@ _LEVELS = 200
 # Steps towards a smallest value, down to where rounding hides the bend.
 _POLISHED, _NEAREST = 12, 1e-6
 # Into how many parts intervals are cut while there are no more than so many.
-_PARTS = ((24, 8), (96, 4))
+_PARTS = ((4, 32), (12, 16), (32, 8), (128, 4))
 UNIT, REAL, MODULUS, DISK, WINDING = range(5)
 
 
@@ -82,13 +83,15 @@ class Search:
         inside = sum(gap.unstable for gap in closed)
         self.unstable_open = int(np.sum(loop.poles.real > 0)) - inside
         self.intervals, self.of_size_one = 0, True
+        self._steep, self._sloping, self._turns = Monotone(), Monotone(), Turns()
         self._answered: list[tuple[Array, Array, BoolArray]] = []
         self._least = {MODULUS: (np.inf, 0.0, 0.0), DISK: (np.inf, 0.0, 0.0)}
         self._proved = {MODULUS: np.inf, DISK: np.inf}
         self._run(*first_intervals(loop, start, gaps, end))
         for kind, (seen, *_) in self._least.items():  # what each interval was held against
             self._proved[kind] = min(self._proved[kind], seen * (1 - TOLERANCE))
-        polish((self.unit, _log_gain), (self.real, _sine), loop.on_axis)
+        polish(self.unit, self.real, loop.slopes)
+        self._tighten()
         self._ends(large, end)
         self._polish()
 
@@ -142,6 +145,20 @@ class Search:
             if w > 0 and end.away > 1e-9 * w:
                 self._proved[kind] = min(self._proved[kind], float(proved))
 
+    def _tighten(self) -> None:
+        """Bring crossings nearer to where they are, from what is known beside them."""
+        v, width = (np.concatenate([u, r]) for u, r in zip(
+            (self.unit.left[0], self.unit.width[0]), (self.real.left[0], self.real.width[0]),
+            strict=True,
+        ))  # fmt: skip
+        if not len(v):
+            return
+        box, count = self.loop.enclosed(v, width), len(self.unit.left[0])
+        part = box.imaginary(self.loop.order_at_zero)
+        self.unit.tighten(box.error[:count], box.steepness[:count])
+        steep = np.abs(part.slope) - width * part.curve
+        self.real.tighten(part.error[count:], steep[count:])
+
     def _polish(self) -> None:
         """Go to the bottom of the parabola through three points about each smallest value."""
         for kind in (MODULUS, DISK):
@@ -175,49 +192,40 @@ class Search:
                 self._least[kind] = float(values[k]), float(v[k]), float(h[k])
 
     def _run(self, a: Array, b: Array) -> None:
-        ends = np.unique(np.concatenate([a, b]))
-        at_ends = self.loop.on_axis(ends)
-        self._lower(at_ends, ends, 0.0 * ends)
-        La, Lb = at_ends[np.searchsorted(ends, a)], at_ends[np.searchsorted(ends, b)]
         asked = np.ones((5, len(a)), dtype=bool)
+        # A smallest value may be reached where the axis begins or ends, which no middle is.
+        ends = np.setxor1d(a, b)
+        self._lower(self.loop.on_axis(ends), ends, 0 * ends)
         for _ in range(_LEVELS):
             if not len(a):
-                return
+                break
             self.intervals += len(a)
             c = 0.5 * (a + b)
             h = np.maximum(b - c, c - a) * (1 + 1e-15)
             box = self.loop.enclosed(c, h)
+            part = box.imaginary(self.loop.order_at_zero)
             self._lower(box.value, c, h)
-            left = self._answer(box, a, b, La, Lb, asked)
+            left = self._answer(box, part, a, b, asked)
             self.of_size_one &= not (asked[UNIT] & ~left[UNIT]).any()
-            small = self._settled(box) | (self.intervals > _MOST)
+            small = self._settled(box, part) | (self.intervals > _MOST)
             self._give_up(box, left & small)
             left &= ~small
             self._answered.append((a, b, asked & ~left))
             keep = left.any(axis=0)
-            a, b, La, Lb, asked = self._parted(a[keep], b[keep], La[keep], Lb[keep], left[:, keep])
-
-    def _parted(
-        self, a: Array, b: Array, La: ComplexArray, Lb: ComplexArray, asked: BoolArray
-    ) -> tuple[Array, Array, ComplexArray, ComplexArray, BoolArray]:
-        """Return intervals in equal parts: the more the fewer they are, for a level costs alike."""
-        parts = next((count for most, count in _PARTS if len(a) <= most), 2)
-        inner = a + np.arange(1, parts)[:, None] / parts * (b - a)
-        between = self.loop.on_axis(inner.ravel()).reshape(inner.shape)
-        points, values = np.vstack([a, inner, b]), np.vstack([La, between, Lb])
-        return (
-            points[:-1].ravel(),
-            points[1:].ravel(),
-            values[:-1].ravel(),
-            values[1:].ravel(),
-            np.tile(asked, parts),
+            a, b, asked = _parted(a[keep], b[keep], left[:, keep])
+        turn = settled(
+            self.loop.on_axis,
+            (self._steep, (self.unit, self.unit_touched)),
+            (self._sloping, (self.real, self.real_touched)),
+            self._turns,
         )
+        if self.turn is not None:
+            self.turn += turn
 
-    def _settled(self, box: Enclosure) -> BoolArray:
+    def _settled(self, box: Enclosure, part: Imaginary) -> BoolArray:
         """Whether halving would change nothing, for each question: its errors are all there is."""
         h, L = box.h, box.value
         reach, twice = np.abs(box.slope) * h + box.bend, 2 * box.error
-        part = box.imaginary(self.loop.order_at_zero)
         moves = np.abs(part.slope) * h + 0.5 * h * h * part.curve
         small = np.empty((5, len(h)), dtype=bool)
         small[UNIT] = np.abs(np.abs(L) - 1) + reach <= twice
@@ -229,10 +237,9 @@ class Search:
     def _answer(
         self,
         box: Enclosure,
+        part: Imaginary,
         a: Array,
         b: Array,
-        La: ComplexArray,
-        Lb: ComplexArray,
         asked: BoolArray,
     ) -> BoolArray:
         """Return which questions stay open on which intervals."""
@@ -241,18 +248,17 @@ class Search:
         most = np.minimum(np.maximum(ahead, back) + R, box.most)
         least = _distance(L, L1, h, 0.0) - R
         left = np.zeros_like(asked)
-        left[UNIT] = self._unit(box, (a, b, La, Lb), asked[UNIT] & (least <= 1) & (most >= 1))
-        left[REAL] = self._real(box, (a, b, La, Lb), asked[REAL], (least, most))
+        left[UNIT] = self._unit(box, (a, b), asked[UNIT] & (least <= 1) & (most >= 1))
+        left[REAL] = self._real(box, part, (a, b), asked[REAL], (least, most))
         nearest = self._least[MODULUS][0] * (1 - TOLERANCE)
         away = np.maximum(_distance(L, L1, h, -1.0) - R, 1 - box.most)
         left[MODULUS] = asked[MODULUS] & ~(away >= nearest)
         t = self._least[DISK][0] * (1 - TOLERANCE)
         outside = self._outside((L, L1 * h), R, t) | self._outside((0 * L, 0 * L), box.most, t)
         left[DISK] = asked[DISK] & ~outside
-        clear = (np.abs(1 + L) > box.reach) | (box.most < 1)
-        sure = asked[WINDING] & clear
-        if self.turn is not None and sure.any():
-            self.turn += float(np.angle((1 + Lb[sure]) / (1 + La[sure])).sum())
+        short = np.abs(1 + L) > FARTHER * box.reach
+        clear = short | (box.most < 1)
+        self._turns.add(asked[WINDING] & clear, a, b, 1 + L, short)
         left[WINDING] = asked[WINDING] & ~clear
         return left
 
@@ -269,37 +275,24 @@ class Search:
         away = middle - centre
         return np.asarray(np.maximum(np.abs(away + step), np.abs(away - step)) + R <= radius)
 
-    def _unit(
-        self,
-        box: Enclosure,
-        ends: tuple[Array, Array, ComplexArray, ComplexArray],
-        asked: BoolArray,
-    ) -> BoolArray:
+    def _unit(self, box: Enclosure, ends: tuple[Array, Array], asked: BoolArray) -> BoolArray:
         if not asked.any():
             return asked
-        a, b, La, Lb = ends
-        h, L, L1 = box.h, box.value, box.slope
-        reach = np.abs(L1) * h + box.bend
-        uphill = np.abs((L.conj() * L1).real)
-        slope = uphill - (np.abs(L1) * reach + (np.abs(L) + reach) * h * box.curve)
-        with np.errstate(invalid="ignore"):
-            steep = slope / (np.abs(L) + reach)
-            once = asked & (slope > 0)
-            off = box.error / np.where(once, steep, 1.0)
-        signs = np.abs(La) - 1, np.abs(Lb) - 1
-        sort_out(once, signs, box.error, off, (a, b), (self.unit, self.unit_touched))
+        steep = box.steepness
+        once = asked & (steep > 0)
+        off = box.error / np.where(once, steep, 1.0)
+        self._steep.add(once, *ends, box.error, off, np.zeros(len(off)))
         return asked & ~once
 
     def _real(
         self,
         box: Enclosure,
-        ends: tuple[Array, Array, ComplexArray, ComplexArray],
+        part: Imaginary,
+        ends: tuple[Array, Array],
         asked: BoolArray,
         size: tuple[Array, Array],
     ) -> BoolArray:
-        a, b, La, Lb = ends
-        h, part = box.h, box.imaginary(self.loop.order_at_zero)
-        least, most = size
+        h, (least, most) = box.h, size
         positive = box.value.real - np.abs(box.slope.real) * h - box.radius > 0
         beyond = (most < 1) & (most * self.rise < 1) | (least > 1) & (least * self.fall > 1)
         steep = np.abs(part.slope)
@@ -310,14 +303,21 @@ class Search:
         steep = steep - h * part.curve
         once = open_ & (steep > 0)
         off = part.error / np.where(once, steep, 1.0)
-        signs = a**part.k * La.imag, b**part.k * Lb.imag
-        into = self.real, self.real_touched
-        crossed = sort_out(once, signs, part.error, off, (a, b), into)
+        self._sloping.add(once, *ends, part.error, off, part.k)
         if self.nearest_alone:
-            sure = crossed & (box.value.real + box.reach < 0)
-            self.rise = float(np.min(1 / least[sure & (most < 1)], initial=self.rise))
-            self.fall = float(np.max(1 / most[sure & (least > 1)], initial=self.fall))
+            self._approach(once & (box.value.real + box.reach < 0), ends, size)
         return open_ & ~once
+
+    def _approach(
+        self, negative: BoolArray, ends: tuple[Array, Array], size: tuple[Array, Array]
+    ) -> None:
+        """Bring the widest gains that matter nearer, where L is real on intervals."""
+        if not negative.any():
+            return
+        a, b = (self.loop.on_axis(end[negative]).imag > 0 for end in ends)
+        least, most = (bound[negative][a != b] for bound in size)
+        self.rise = float(np.min(1 / least[most < 1], initial=self.rise))
+        self.fall = float(np.max(1 / most[least > 1], initial=self.fall))
 
     def _give_up(self, box: Enclosure, left: BoolArray) -> None:
         """Record what cannot be decided above rounding."""
@@ -346,12 +346,12 @@ class Search:
         return low
 
 
-def _log_gain(L: ComplexArray) -> Array:
-    return np.log(np.abs(L))
-
-
-def _sine(L: ComplexArray) -> Array:
-    return np.asarray(L.imag / np.abs(L))
+def _parted(a: Array, b: Array, asked: BoolArray) -> tuple[Array, Array, BoolArray]:
+    """Return intervals in equal parts: the more the fewer they are, for a level costs alike."""
+    parts = next((count for most, count in _PARTS if len(a) <= most), 2)
+    inner = a + np.arange(1, parts)[:, None] / parts * (b - a)
+    points = np.vstack([a, inner, b])
+    return points[:-1].ravel(), points[1:].ravel(), np.tile(asked, parts)
 
 
 def _distance(L: ComplexArray, slope: ComplexArray, h: Array, point: float) -> Array:
