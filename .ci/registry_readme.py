@@ -11,7 +11,7 @@ from pathlib import Path
 README = Path(__file__).parents[1] / "README.md"
 # What is said of getting it as long as it is on no registry.
 FROM_ELSEWHERE = re.compile(r"It is on no registry yet\..*?\n\n    pip install [^\n]*\n", re.DOTALL)
-OWN = re.compile(r"(!?)\[([^]]*)]\((?!https?:|#)([^)]+)\)")
+OWN = re.compile(r"(!?)\[([^][]*)]\((?!https?:|#)([^)]+)\)")
 
 
 def absolute(text: str, repository: str, tag: str) -> str:

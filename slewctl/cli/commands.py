@@ -295,8 +295,8 @@ def replay_command(
     "code that it is sent: name only one that you trust, in a network that you trust.",
 )  # fmt: skip
 @click.option("--slice", "slices", multiple=True, metavar="AXIS=VALUE",
-              help="Draw the maps at this value, such as bandwidth=0.1 or sensors=theta; "
-              "repeatable. With --resume, of a study that is done.")  # fmt: skip
+              help="With --resume: draw the maps at this value, such as bandwidth=0.1 or "
+              "sensors=theta; repeatable.")  # fmt: skip
 @PARQUET
 def study_command(
     file: Path,
@@ -315,6 +315,8 @@ def study_command(
     """
     if dask is not None and workers:
         raise click.UsageError("--workers is for processes here; --dask has its own workers")
+    if slices and not resume:
+        raise click.UsageError("--slice is for a study that is done; add --resume")
     from slewctl.cli.study import study
 
     study(file, out, resume=resume, workers=workers, dask=dask, slices=slices, parquet=parquet)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import logging
+import os
+import shlex
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future
-from dataclasses import dataclass, field
+from concurrent.futures import BrokenExecutor, Future
 from functools import cache
 from html import escape
+from multiprocessing import active_children
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import panel as pn
 import param
@@ -24,12 +26,14 @@ from slewctl.explore.knobs import DELAY, SAMPLE_TIME, Knob, Value, knobs_of
 from slewctl.explore.result import Explored, before, explored
 from slewctl.files import DesignFile, design_of_text, read_design
 from slewctl.report.explorer import explorer_page, explorer_refusal
-from slewctl.textfile import write_bytes
+from slewctl.textfile import read_bytes, write_bytes
 
 LOCAL = "127.0.0.1"
 """The only address that is listened at: nothing of the page leaves this machine."""
 # They tell of every page that is closed, or refused.
 _TALKATIVE = ("bokeh.server.views.ws", "tornado.access")
+# Of a file's name, in characters; file systems take 255 bytes.
+_LONGEST = 100
 # In ms: as many moves of a slider as come within it are one.
 _PAUSE = 20
 # In pixels: the column of controls, and what is in it.
@@ -63,9 +67,10 @@ export function render({ model }) {
   const frame = document.createElement("iframe");
   Object.assign(frame, { title: "Results", srcdoc: model.page });
   frame.style = "border: 0; width: 100%; height: 100%; min-height: 40rem";
+  let kept;
   const put = () => {
     const shown = frame.contentDocument, main = shown.querySelector("main");
-    const kept = shown.querySelector("[data-names]")?.kept?.();
+    kept = shown.querySelector("[data-names]")?.kept?.() ?? kept;
     main.innerHTML = model.body;
     const { CustomEvent } = frame.contentWindow;
     frame.contentWindow.dispatchEvent(new CustomEvent("plots", { detail: kept }));
@@ -102,8 +107,7 @@ def serve(path: Path, *, port: int = 0, show: bool = True, ready: Callable[[str]
     beside = before(design)
     for name in _TALKATIVE:
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    with Processes(1) as pool:
-        shared = Shared(design, knobs, beside, pool)
+    with Shared(design, knobs, beside) as shared:
         shared.confirm(design.source.text)  # starts the process, which loads for a second
         try:
             server = pn.serve(
@@ -132,46 +136,42 @@ def serve(path: Path, *, port: int = 0, show: bool = True, ready: Callable[[str]
             server.stop()
 
 
-@dataclass(frozen=True)
 class Shared:
-    """What all visitors of the page have in common.
+    """What all visitors of the page have in common, and where verdicts are confirmed.
 
-    Attributes
+    Parameters
     ----------
     design : DesignFile
     knobs : tuple of Knob
     beside : CaseResult or None
         The design of the file as it is.
-    pool : Processes
-        Where verdicts are confirmed, so that the sliders never wait for it.
-    saved : set of Path
-        What was written here and may be written again.
     """
 
-    design: DesignFile
-    knobs: tuple[Knob, ...]
-    beside: CaseResult | None
-    pool: Processes
-    saved: set[Path] = field(default_factory=set)
+    def __init__(
+        self, design: DesignFile, knobs: tuple[Knob, ...], beside: CaseResult | None
+    ) -> None:
+        self.design, self.knobs, self.beside = design, knobs, beside
+        # A process of its own, so that the sliders never wait for it.
+        self._pool = Processes(1)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in active_children():  # what is being confirmed is not waited for
+            process.terminate()
+        self._pool.shutdown(wait=True, cancel_futures=True)
 
     def confirm(self, text: str) -> Future[str]:
         """Have the gate's verdicts on a text made into a part of the page."""
         own = self.design
-        return self.pool.submit(_confirmed, text, own.path, own.case.name, own.source.text)
-
-    def save(self, name: str, settings: Mapping[str, Value]) -> Path:
-        """Write the design as it is set beside its file, over nothing that was there before."""
-        path = self.design.path.with_name(name or "?")
-        where = f"save as {name}"
-        if Path(name).name != name or path.suffix != ".toml":
-            raise InputError("is no name of a TOML file", where=where, remedy="as in arm-2.toml")
-        if path.exists() and path not in self.saved:
-            raise InputError("exists already", where=where, remedy="give another name")
-        text = changed_text(self.design, settings)
-        design_of_text(text, path)
-        write_bytes(path, text.encode())
-        self.saved.add(path)
-        return path
+        given = text, own.path, own.case.name, own.source.text
+        try:
+            return self._pool.submit(_confirmed, *given)
+        except BrokenExecutor:  # somebody has killed the process: another takes its place
+            self._pool.shutdown(wait=False)
+            self._pool = Processes(1)
+            return self._pool.submit(_confirmed, *given)
 
 
 class Session:
@@ -193,7 +193,8 @@ class Session:
             value=f"{shared.design.path.stem}-explored.toml",
         )
         self.told = pn.pane.HTML("", width=_INNER, styles={"overflow-wrap": "anywhere"})
-        self.text = ""
+        self.found: Explored | None = None
+        self.saved: dict[Path, bytes] = {}
         self.waiting: Future[str] | None = None
         self.scheduled = False
         self.document: Any = None
@@ -241,19 +242,17 @@ class Session:
         if DELAY in self.widgets:
             self.widgets[DELAY].disabled = not self.widgets[SAMPLE_TIME].value
         try:
-            found = _first_look(self.shared, self.settings)
+            self.found = _first_look(self.shared, self.settings)
+            self.results.body = self.found.body()
         except SlewctlError as error:
-            self.text = ""
+            self.found = None
             self.results.body = explorer_refusal(str(error))
             return
-        self.text = found.text
-        self.results.body = found.body
         if self.waiting is None:
-            self._confirm()
+            self._confirm(self.found.text)
 
-    def _confirm(self) -> None:
+    def _confirm(self, text: str) -> None:
         """Have what is shown confirmed; what is set meanwhile is confirmed next."""
-        text = self.text
         self.waiting = self.shared.confirm(text)
         self.waiting.add_done_callback(
             lambda done: self.document.add_next_tick_callback(lambda: self._arrived(text, done))
@@ -261,12 +260,16 @@ class Session:
 
     def _arrived(self, text: str, done: Future[str]) -> None:
         self.waiting = None
-        if done.cancelled() or not self.text:
+        if done.cancelled() or self.found is None:
             return
-        if text == self.text:
+        if text != self.found.text:
+            self._confirm(self.found.text)
+        elif (error := done.exception()) is None:
             self.results.body = done.result()
         else:
-            self._confirm()
+            killed = isinstance(error, BrokenExecutor)
+            doubt = "its process was killed; move a slider to try again" if killed else str(error)
+            self.results.body = self.found.body(doubt)
 
     def _reset(self) -> None:
         for key, widget in self.widgets.items():
@@ -274,12 +277,27 @@ class Session:
 
     def _save(self) -> None:
         try:
-            path = self.shared.save(self.name.value or "", self.settings)
+            path = self._save_as(self.name.value or "")
         except SlewctlError as error:
             self.told.object = escape(str(error))
         else:
-            name = escape(str(path))
-            self.told.object = f"Saved: {name}<br>Next: slewctl check {name}"
+            name = escape(shlex.quote(str(path)))
+            self.told.object = f"Saved: {escape(str(path))}<br>Next: slewctl check {name}"
+
+    def _save_as(self, name: str) -> Path:
+        """Write the design as it is set beside its file, over nothing but what was saved here."""
+        where = f"save as {name}"
+        plain = name.isprintable() and Path(name).name == name and not name.startswith("-")
+        if not (plain and name.endswith(".toml") and len(name) <= _LONGEST):
+            raise InputError("is no name of a TOML file", where=where, remedy="as in arm-2.toml")
+        path = self.shared.design.path.with_name(name)
+        if os.path.lexists(path) and read_bytes(path) != self.saved.get(path):
+            raise InputError("exists already", where=where, remedy="give another name")
+        text = changed_text(self.shared.design, self.settings)
+        design_of_text(text, path)
+        self.saved[path] = text.encode()
+        write_bytes(path, self.saved[path])
+        return path
 
 
 def _widget(knob: Knob) -> Any:
@@ -302,10 +320,7 @@ def _first_look(shared: Shared, settings: Mapping[str, Value]) -> Explored:
 @single_threaded
 def _confirmed(text: str, path: Path, name: str, own: str) -> str:
     """Return what the gate says of a text, as a part of the page; in a process of its own."""
-    try:
-        return explored(design_of_text(text, path, name), beside=_own(own, path, name)).body
-    except SlewctlError as error:
-        return explorer_refusal(str(error))
+    return explored(design_of_text(text, path, name), beside=_own(own, path, name)).body()
 
 
 @cache

@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping, MutableMapping
 from math import sqrt
 from typing import Any
 
+import numpy as np
 import tomlkit
 from tomlkit.items import Table
 
-from slewctl.arm import ModalData, vary
+from slewctl.arm import Arm, ModalData, vary
 from slewctl.arm.parts import arm_table
 from slewctl.explore.knobs import DAMPING, DELAY, SAMPLE_TIME, STIFFNESS, Value
 from slewctl.export import toml_text
@@ -25,8 +26,8 @@ def changed_text(design: DesignFile, settings: Mapping[str, Value]) -> str:
     ----------
     design : DesignFile
     settings : mapping of str to float, int or str
-        By the keys of `Knob`.  What the file has already is left alone; a sample time of zero
-        takes the clock, with its delay, out of the file.
+        By the keys of `Knob`, those alone that are to be changed.  A sample time of zero takes
+        the clock, with its delay, out of the file.
 
     Returns
     -------
@@ -49,7 +50,7 @@ def changed_text(design: DesignFile, settings: Mapping[str, Value]) -> str:
         _stiffen(document, design, stiffer)
     damped = float(changes.pop(DAMPING, 1.0))
     if damped != 1.0:
-        _multiply_ratios(document["arm"], damped)
+        _multiply_ratios(document["arm"], design.case.arm, damped)
     if not changes.get(SAMPLE_TIME, 1.0):
         for key in (SAMPLE_TIME, DELAY):
             document["controller"].pop(key.partition(".")[2], None)
@@ -60,16 +61,14 @@ def changed_text(design: DesignFile, settings: Mapping[str, Value]) -> str:
 
 
 def _set(document: Tables, path: list[str], value: Value) -> None:
-    """Set a key, in a table that is made where it is missing; nothing is no key."""
+    """Set a key, in a table that is made where it is missing."""
     table = document
     for name in path[:-1]:
         if name not in table:
-            if not value:
-                return
             inline = not isinstance(table, Table | tomlkit.TOMLDocument)
             table[name] = tomlkit.inline_table() if inline else tomlkit.table()
         table = table[name]
-    if table.get(path[-1], 0) != value:
+    if table.get(path[-1]) != value:
         table[path[-1]] = value
 
 
@@ -95,10 +94,13 @@ def _modal_data(arm: Tables) -> list[Tables]:
     return [*found, *arm.get("wings", {}).values()]
 
 
-def _multiply_ratios(arm: Tables, factor: float) -> None:
-    for table in (arm, *arm.get("wings", {}).values()):
-        if "damping_ratio" in table:
-            _multiply(table, "damping_ratio", factor)
+def _multiply_ratios(arm: Tables, known: Arm, factor: float) -> None:
+    tables = [t for t in (arm, *arm.get("wings", {}).values()) if "damping_ratio" in t]
+    for table in tables:
+        _multiply(table, "damping_ratio", factor)
+    if not tables:  # those of the catalogue
+        ratios = np.atleast_1d(known.damping_ratio).tolist()
+        arm["damping_ratio"] = [_short(factor * ratio) for ratio in ratios]
 
 
 def _multiply(table: Tables, key: str, factor: float) -> None:

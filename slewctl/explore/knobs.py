@@ -124,7 +124,7 @@ def _of_arm(arm: Arm, period: float) -> Iterator[Knob]:
         yield Knob(
             "arm.damping_ratio", "damping ratio", "", _with(own, (v for v in values if v < 1)), own
         )
-    else:
+    elif any(ratio):
         most = 1 / max(ratio)
         factors = tuple(v for v in _around(1.0) if v < most)
         yield Knob(DAMPING, "damping", "times", factors, 1.0)

@@ -53,11 +53,11 @@ class Explored:
         """Whether every requirement holds, as far as it was looked at."""
         return all(finding.verdict.passed for finding in self.findings)
 
-    @property
-    def body(self) -> str:
-        """Verdicts and figures as a part of a page."""
+    def body(self, doubt: str = "") -> str:
+        """Return verdicts and figures as a part of a page, with why they are not confirmed."""
         told = [told_finding(finding) for finding in self.findings]
-        return explorer_body(self.result, told, confirmed=self.confirmed)
+        with self.design.source.computing():
+            return explorer_body(self.result, told, confirmed=self.confirmed, doubt=doubt)
 
     def __repr__(self) -> str:
         failed = sum(not finding.verdict.passed for finding in self.findings)
@@ -65,7 +65,7 @@ class Explored:
         return f"<{self.result.case.name} explored: {self.result.chosen.origin}, {state}>"
 
     def _repr_html_(self) -> str:
-        page = escape(explorer_page(self.body))
+        page = escape(explorer_page(self.body()))
         return (
             f'<iframe title="{escape(repr(self)[1:-1])}" style="{_FRAME}" srcdoc="{page}"></iframe>'
         )

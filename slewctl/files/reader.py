@@ -127,7 +127,7 @@ def design_of_text(text: str, path: Path, name: str = "") -> DesignFile:
     ----------
     text : str
     path : Path
-        What refusals name, and beside which other files are looked for; nothing is read there.
+        What refusals name, and beside which other files are looked for; itself it is not read.
     name : str, optional
         As for `read_design`.
 

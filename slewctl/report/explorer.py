@@ -26,7 +26,11 @@ def explorer_page(body: str = "") -> str:
 
 
 def explorer_body(
-    result: CaseResult, verdicts: Sequence[Mapping[str, Any]], *, confirmed: bool
+    result: CaseResult,
+    verdicts: Sequence[Mapping[str, Any]],
+    *,
+    confirmed: bool,
+    doubt: str = "",
 ) -> str:
     """Return verdicts and figures as HTML.
 
@@ -38,6 +42,8 @@ def explorer_body(
         As for `slewctl.report.comparison.section`.
     confirmed : bool
         Whether the verdicts are the gate's.
+    doubt : str
+        Why they cannot be.
 
     Returns
     -------
@@ -51,6 +57,7 @@ def explorer_body(
         failed=[verdict for verdict in verdicts if not verdict["passed"]],
         arms=len({verdict["arm"] for verdict in verdicts}),
         confirmed=confirmed,
+        doubt=doubt,
         **drawn(result),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -64,18 +65,18 @@ def write_study(
         "axis_names": AXIS_NAMES,
         "medians": MEDIANS,
         "inputs": json_text(result.study),
+        "left_out": _left_out(len(slices) - MOST_MAPS, folder),
     }
     papers = [d for d in answer.duels if (d.first, d.second) == PAPERS]
     figures = {
         "maps": [(part, map_figure(part), map_data(part)) for part in slices[:MOST_MAPS]],
         "widest": max((len(part.hub_ratios) for part in slices[:MOST_MAPS]), default=0),
-        "left_out": max(len(slices) - MOST_MAPS, 0),
         "duel": duel_figure(papers, answer.elsewhere, "duel") if papers else "",
     }
     results = {"versions": versions(), "study": result.study, "answer": answer}
     files: dict[str, str | bytes] = {
         "index.html": render("study.html", **shown, **figures),
-        "index.md": render("study.md", **shown, maps=figures["maps"], left_out=figures["left_out"]),
+        "index.md": render("study.md", **shown, maps=figures["maps"]),
         "results.json": json_text(results),
         "rows.csv.gz": packed_csv(result.rows),
     }
@@ -83,6 +84,13 @@ def write_study(
         files["rows.parquet"] = parquet(result.rows)
     write_files(folder, files)
     return folder / "index.html"
+
+
+def _left_out(count: int, folder: Path) -> tuple[str, str]:
+    """Return how many maps a page does not hold, and the command that draws them."""
+    maps = "1 more map is" if count == 1 else f"{count} more maps are"
+    command = f"slewctl study FILE --out {shlex.quote(str(folder))} --resume --slice bandwidth=0.1"
+    return (f"{maps} not drawn here", command) if count > 0 else ("", "")
 
 
 def _by_pair(duels: Iterable[Duel]) -> list[tuple[str, str, list[Duel]]]:

@@ -61,10 +61,13 @@ def test_maps_are_drawn_of_the_slice_that_is_named(
     study: Path, tmp_path: Path, in_threads: None
 ) -> None:
     out = tmp_path / "out"
-    assert slewctl("study", str(study), "--out", str(out), "--slice", "sensors").stderr == (
+    early = slewctl("study", str(study), "--out", str(out), "--slice", "sensors=theta")
+    assert "--slice is for a study that is done; add --resume" in early.stderr
+    named = ("study", str(study), "--out", str(out), "--resume", "--slice")
+    assert slewctl(*named, "sensors").stderr == (
         "slewctl: --slice sensors: no value; as in sensors=0.1\n"
     )
-    wrong = slewctl("study", str(study), "--out", str(out), "--slice", "basis=slewing")
+    wrong = slewctl(*named, "basis=slewing")
     assert wrong.returncode == 2
     assert "--slice: unknown name 'basis'" in wrong.stderr
     assert not out.exists()

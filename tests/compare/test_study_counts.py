@@ -129,7 +129,7 @@ def test_slices_hold_every_design_of_their_axes_and_are_found_by_them() -> None:
     }
     assert result.sliced({}) == result.slices
     with pytest.raises(
-        InputError, match=r"slice: no slice has bandwidth = '0.7'; there are 0.1, 0.3"
+        InputError, match=r"slice: no slice has bandwidth = '0.7'; there are 0.1; 0.3"
     ):
         result.sliced({"bandwidth": "0.7"})
     with pytest.raises(InputError, match="slice: unknown name 'n'"):

@@ -60,11 +60,11 @@ def test_the_gallery_shows_what_its_notebooks_gave(pages: dict[str, str]) -> Non
         assert page.count("cell_output") >= 5, name
         assert "Traceback" not in page, name
         assert re.search(rf'href="[^"]*_downloads/[^"]*{name}.ipynb"', page), name
-        pictures = re.findall(r"<img[^>]*>", page)
+        pictures = re.findall(r"<(?:img|iframe)[^>]*>", page)
         assert pictures, name
         for picture in pictures:
-            assert ".svg" in picture, (name, picture)
-            (told,) = re.findall(r'alt="([^"]*)"', picture)
+            assert picture.startswith("<iframe") or ".svg" in picture, (name, picture)
+            (told,) = re.findall(r'(?:alt|<iframe title)="([^"]*)"', picture)
             assert len(told) > 20, (name, picture)
             assert "/" not in told, (name, picture)
 

@@ -150,19 +150,35 @@ def test_sliders_move_the_design_and_it_is_saved(browser: Browser, folder: Path)
         page.press("Save")
         page.until(lambda: read_design(saved).case.objective.limits["voltage"] == 8.0)
         field = page.run("return all(document, 'input[type=text]')[0]")
+        for name, refusal in (
+            (path.name, "exists already; give another name"),
+            ("../beyond.toml", "is no name of a TOML file"),
+            ("-x.toml", "is no name of a TOML file"),
+        ):
+            field.clear()
+            field.send_keys(name + Keys.ENTER)
+            page.press("Save")
+            page.until(lambda name=name, refusal=refusal: page.told(f"{name}: {refusal}"))
+        assert not (folder.parent / "beyond.toml").exists()
+        # A file that somebody has changed meanwhile is theirs.
+        saved.write_text(saved.read_text() + "# mine\n")
         field.clear()
-        field.send_keys(path.name + Keys.ENTER)
+        field.send_keys(saved.name + Keys.ENTER)
         page.press("Save")
-        page.until(lambda: page.told("exists already; give another name"))
+        page.until(lambda: page.told(f"{saved.name}: exists already"))
+        assert saved.read_text().endswith("# mine\n")
         loud = [e for e in browser.driver.get_log("browser") if e["level"] == "SEVERE"]
         assert loud == []
         assert asked(browser) <= {address.removeprefix("http://").rstrip("/")}
 
 
 def test_what_cannot_be_designed_is_told_and_left_again(browser: Browser, folder: Path) -> None:
-    with serving(folder / "12-any-payload.toml") as (address, _):
+    with serving(folder / "12-any-payload.toml") as (address, process):
         page = Page(browser, address, PHONE, "dark")
         page.confirmed()
+        page.run("frame.querySelector('figure .tools button').click()")
+        axis = "return frame.querySelector('figure .marks').textContent"
+        enlarged = page.run(axis)
         assert page.run("return document.documentElement.scrollWidth") <= PHONE
         assert page.run("return frame.documentElement.scrollWidth") <= PHONE
         assert page.run(CUT_OFF.replace("document", "frame"), "html, .state, figcaption") == []
@@ -172,6 +188,13 @@ def test_what_cannot_be_designed_is_told_and_left_again(browser: Browser, folder
             "return frame.querySelector('main').textContent"
         )
         page.move("dead time of the drive", Keys.ARROW_LEFT)
+        page.confirmed()
+        assert page.run(axis) == enlarged
+        # Another process takes the place of one that is killed.
+        for child in psutil.Process(process.pid).children(recursive=True):
+            if "spawn_main" in " ".join(child.cmdline()):
+                child.kill()
+        page.move("largest torque", Keys.ARROW_RIGHT)
         page.confirmed()
         # A continuous design has no clock whose delay could be set.
         greyed = "return all(document, '.noUi-target').map((s) => s.hasAttribute('disabled'))"

@@ -150,15 +150,16 @@ def sliced(slices: Sequence[StudySlice], wanted: Mapping[str, str]) -> tuple[Stu
     found = list(slices)
     for axis, text in wanted.items():
         check_choice(axis, COMMON, "slice")
-        values = {part.rows[0].get(axis) for part in found}
-        there = [_text(value) for value in sorted(values, key=lambda v: (v is None, v))]
-        if _read(text) not in there:
+        values = sorted({part.rows[0].get(axis) for part in found}, key=lambda v: (v is None, v))
+        there = {_text(value): value for value in values}
+        given = _read(axis, text)
+        if given not in there:
             raise InputError(
                 f"no slice has {axis} = {shown(text)}",
                 where="slice",
-                remedy=f"there are {', '.join(there)}" if there else "leave it out",
+                remedy=f"there are {'; '.join(there)}" if there else "leave it out",
             )
-        found = [part for part in found if _text(part.rows[0].get(axis)) == _read(text)]
+        found = [part for part in found if part.rows[0].get(axis) == there[given]]
     return tuple(found)
 
 
@@ -167,12 +168,14 @@ def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float | int) else str(value)
 
 
-def _read(text: str) -> str:
+def _read(axis: str, text: str) -> str:
     """Return a value as it is written here, however it was given."""
+    if axis == "sensors":
+        return text.replace(", ", "+")
     try:
         return f"{float(text):g}"
     except ValueError:
-        return text.replace(", ", "+")
+        return text
 
 
 def _values_of(designs: Designs, part: IntArray, name: str) -> IntArray:
