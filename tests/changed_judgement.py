@@ -18,12 +18,12 @@ def changed(judgement: Judgement, **findings: Any) -> Judgement:
     twice the modes, so that what was put in converges at once.
     """
     twin, loop = copy(judgement), copy(judgement.loop)
-    object.__setattr__(twin, "loop", loop)
+    twin.__dict__.update(loop=loop, _read={})  # what was read of the other is not so here
     for name, value in findings.items():
         (loop if name in _OF_THE_LOOP else twin).__dict__[name] = value
     twin.__dict__.setdefault("finer", None)
     if "finer" not in findings:
         again = copy(twin)
-        again.__dict__["finer"] = None
+        again.__dict__.update(finer=None, _read={})
         twin.__dict__["finer"] = again
     return twin

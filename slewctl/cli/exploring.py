@@ -16,7 +16,7 @@ def explore(design: Path, port: int, *, show: bool) -> None:
             raise InputError(
                 f"{package} is not installed",
                 where="explore",
-                remedy='install slewctl with its extra "explore"',
+                remedy="pip install 'slewctl[explore]'",
             )
     from slewctl.explore.app import serve  # loads panel
 

@@ -20,10 +20,11 @@ from slewctl.compare.ladder import Ladder, climb, steps
 from slewctl.compare.quantities import QUANTITIES, RECORDED, WEIGHTED
 from slewctl.compare.reading import row
 from slewctl.design.methods import GIVEN
+from slewctl.design.result import Controller
 from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
 from slewctl.loop.curves import curve
-from slewctl.model import Model, beam_inertia
+from slewctl.model import Model, Truth, beam_inertia
 
 if TYPE_CHECKING:
     from slewctl.loop.on_measured import OnMeasured
@@ -316,7 +317,7 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
         evaluations.append(found)
         if origin.n == case.n:
             curves.append(loop_curves(found))
-            ladders.append(climb(stairs, judge, origin, found.controller))
+            ladders.append(climb(stairs, case, origin, found.judgement))
             if found.design is not None and found.design.model is not None and shapes:
                 shapes.append(mode_shapes(origin.basis, found.design.model, case.n))
     chosen = next(e for e in evaluations if e.origin == case.origin)
@@ -339,10 +340,17 @@ def _told(case: Case, name: str) -> bool:
 
 
 def _summary(judge: Judge, chosen: Evaluation) -> TruthSummary:
-    arm, model, judged = judge.case.arm, judge.truth, chosen.judgement
+    judged = chosen.judgement
     finer, weighted = judged.finer, judge.case.objective.weighted
     optimum = judged.optimum if weighted else None
     drift = finer.optimum.h2_cost / optimum.h2_cost - 1 if optimum and finer else math.nan
+    return truth_summary(judge.truth, optimum, drift)
+
+
+def truth_summary(
+    model: Truth, optimum: Controller | None = None, drift: float = math.nan
+) -> TruthSummary:
+    """Return what a truth is worth, and the optimum on it where it is known."""
     return TruthSummary(
         modes=model.modes,
         functions=model.functions,
@@ -351,11 +359,11 @@ def _summary(judge: Judge, chosen: Evaluation) -> TruthSummary:
         optimal_cost=optimum.h2_cost if optimum else None,
         optimal_verified=optimum is not None and optimum.certificate.verified,
         optimum_drift=drift if optimum else None,
-        hub_ratio=hub_ratio(arm),
+        hub_ratio=_hub_ratio(model.arm),
     )
 
 
-def hub_ratio(arm: Arm) -> float:
+def _hub_ratio(arm: Arm) -> float:
     """Return the hub's inertia over the beam's; of modal data what no mode moves over the rest."""
     if isinstance(arm.beam, ModalData):
         rigid = arm.beam.rigid_remainder(arm.hub_inertia)

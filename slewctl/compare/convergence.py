@@ -106,8 +106,7 @@ def follow(judgement: Judgement, name: str) -> Followed:
         if quantity.kind == "stability" and reading.doubt and _settled(quantity, seen):
             break  # what was asked beyond two that agree needs no truth that is not converged
         seen.append(Seen(judged.modes, reading))
-        last = reading.value
-        if math.isnan(last) or (name == "stable" and not last):
+        if _lost(quantity, reading):
             return Followed(quantity, tuple(seen), converged=False)
         # Yes and no approach no limit: two that agree prove less, and more of them cost little.
         if quantity.kind != "stability" and _settled(quantity, seen):
@@ -141,9 +140,9 @@ def at_once(judgement: Judgement, name: str) -> Followed:
     >>> [seen.modes for seen in at_once(judged, "gain_margin_db").seen]
     [20]
     """
-    reading = _read(judgement, name)
-    lost = math.isnan(reading.value) or (name == "stable" and not reading.value)
-    return Followed(QUANTITIES[name], (Seen(judgement.modes, reading),), converged=not lost)
+    quantity, reading = QUANTITIES[name], _read(judgement, name)
+    alone = (Seen(judgement.modes, reading),)
+    return Followed(quantity, alone, converged=not _lost(quantity, reading))
 
 
 def _read(judgement: Judgement, name: str) -> Reading:
@@ -152,6 +151,11 @@ def _read(judgement: Judgement, name: str) -> Reading:
     if tolerance > TRUTH_TOLERANCE:
         return reading._replace(doubt=f"the truth is converged to {tolerance:.0e} only")
     return reading
+
+
+def _lost(quantity: Quantity, reading: Reading) -> bool:
+    """Whether there is no value, or no stability, and nothing to be followed."""
+    return math.isnan(reading.value) or (quantity.kind == "stability" and not reading.value)
 
 
 def _settled(quantity: Quantity, seen: Sequence[Seen]) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,8 +46,6 @@ class Yardstick:
     model: Truth
     objective: Objective
     _optima: dict[tuple[float, float], Controller] = field(default_factory=dict, repr=False)
-    # A comparison and the last step of a ladder judge one controller on one truth.
-    _last: list[tuple[Controller, Slew, Judgement]] = field(default_factory=list, repr=False)
 
     @property
     def modes(self) -> int:
@@ -83,14 +81,9 @@ class Yardstick:
         return yardstick(truth(self.model.arm, modes), self.objective)
 
     def judge(self, controller: Controller, slew: Slew) -> Judgement:
-        """Return what a controller achieves on the truth; asked again at once, the same."""
-        for known, turn, judged in self._last:
-            if known is controller and turn == slew:
-                return judged
+        """Return what a controller achieves on the truth."""
         loop = replace(close(self.model, self.objective, controller), known=self.plant)
-        found = Judgement(loop, self, shaped_for(slew, loop))
-        self._last[:] = [(controller, slew, found)]
-        return found
+        return Judgement(loop, self, shaped_for(slew, loop))
 
 
 def yardstick(model: Truth, objective: Objective) -> Yardstick:
@@ -152,12 +145,6 @@ class Judgement:
     slew: Slew
     # What `slewctl.compare.read` has read of it, by name: verdicts and reports ask alike.
     _read: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
-
-    def __copy__(self) -> Self:
-        """Return a copy of which nothing has been read: copies are made to be changed."""
-        other = object.__new__(type(self))
-        vars(other).update(vars(self), _read={})
-        return other
 
     @property
     def controller(self) -> Controller:

@@ -205,7 +205,8 @@ def spillover_ladder(case: Case, basis: str | None = None, n: int | None = None)
     """
     judge = Judge(redesigned(case, basis, n))
     try:
-        return climb(steps(judge), judge, judge.case.origin, judge.own[1])
+        own = judge.judge(judge.own[1])
+        return climb(steps(judge), judge.case, judge.case.origin, own)
     except SlewctlError as error:
         raise error.within(case.source or case.name) from error
 
@@ -235,23 +236,23 @@ def _shorter(model: Truth) -> tuple[Truth, ...]:
     return tuple(first_modes(model, modes) for modes in range(1, model.modes))
 
 
-def climb(
-    steps: Sequence[Yardstick], judge: Judge, origin: Origin, controller: Controller
-) -> Ladder:
-    """Return what becomes of one controller of a case step by step.
+def climb(steps: Sequence[Yardstick], case: Case, origin: Origin, judgement: Judgement) -> Ladder:
+    """Return what becomes of one controller of a case step by step, to its known last one.
 
     Raises
     ------
     AccuracyError
         If an optimum with which a stable rung is compared is not confirmed by its own checks.
     """
+    controller = judgement.controller
+    judged = (*(step.judge(controller, case.slew) for step in steps[:-1]), judgement)
     return Ladder(
-        name=judge.case.name,
+        name=case.name,
         origin=origin,
-        method=judge.case.method,
+        method=case.method,
         controller=controller,
-        rungs=tuple(_rung(step.judge(controller, judge.case.slew), origin.n) for step in steps),
-        truth_tolerance=judge.truth.tolerance,
+        rungs=tuple(_rung(each, origin.n) for each in judged),
+        truth_tolerance=judgement.yardstick.model.tolerance,
     )
 
 

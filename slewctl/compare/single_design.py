@@ -8,10 +8,10 @@ from slewctl._threads import single_threaded
 from slewctl.compare.case import Case
 from slewctl.compare.comparison import (
     CaseResult,
-    TruthSummary,
-    hub_ratio,
+    ModeShapes,
     loop_curves,
     mode_shapes,
+    truth_summary,
 )
 from slewctl.compare.evaluation import Judge
 from slewctl.compare.ladder import climb, steps
@@ -52,30 +52,21 @@ def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False)
     chosen = judge.evaluate(*case.origin)
     evaluations, curves = (beside.evaluations, beside.curves) if beside else ((), ())
     model, design = judge.truth, chosen.design
-    shapes = []
+    shapes: tuple[ModeShapes, ...] = ()
     if not (model.given or design is None or design.model is None):
-        shapes = [mode_shapes("truth", model, case.n)]
-        shapes.append(mode_shapes(case.basis, design.model, case.n))
-    ladders = [climb(steps(judge), judge, chosen.origin, chosen.controller)] if whole else []
+        sources = (("truth", model), (case.basis, design.model))
+        shapes = tuple(mode_shapes(*source, case.n) for source in sources)
+    ladders = (climb(steps(judge), case, chosen.origin, chosen.judgement),) if whole else ()
     return CaseResult(
         case,
-        TruthSummary(
-            modes=model.modes,
-            functions=model.functions,
-            tolerance=model.tolerance,
-            frequencies_hz=tuple(float(f) for f in model.frequencies_hz),
-            optimal_cost=None,
-            optimal_verified=False,
-            optimum_drift=None,
-            hub_ratio=hub_ratio(case.arm),
-        ),
+        truth_summary(model),
         chosen,
         followed=(),
         evaluations=(*evaluations, chosen),
         refused=(),
         curves=(*curves, loop_curves(chosen)),
-        shapes=tuple(shapes),
-        ladders=tuple(ladders),
+        shapes=shapes,
+        ladders=ladders,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Future
 from functools import cache
 from html import escape
@@ -17,7 +17,6 @@ import panel as pn
 import param
 from panel.custom import JSComponent
 
-from slewctl._threads import single_threaded
 from slewctl.compare import CaseResult, Judge
 from slewctl.compare.study.processes import Processes
 from slewctl.errors import InputError, SlewctlError
@@ -117,9 +116,6 @@ def serve(path: Path, *, port: int = 0, show: bool = True, ready: Callable[[str]
                 show=False,
                 start=False,
                 title=f"{design.case.name}: explorer",
-                websocket_origin=[f"{host}:{port}" for host in (LOCAL, "localhost")]
-                if port
-                else None,
                 verbose=False,
             )
         except OSError as error:
@@ -153,6 +149,8 @@ class Shared:
         self.design, self.knobs, self.beside = design, knobs, beside
         # A process of its own, so that the sliders never wait for it.
         self._pool = Processes(1)
+        # What was asked last: every page begins with the file as it is.
+        self._asked: tuple[str, Future[str]] | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -164,14 +162,20 @@ class Shared:
 
     def confirm(self, text: str) -> Future[str]:
         """Have the gate's verdicts on a text made into a part of the page."""
+        if self._asked is not None:
+            last, answer = self._asked
+            if text == last and not (answer.done() and (answer.cancelled() or answer.exception())):
+                return answer
         own = self.design
         given = text, own.path, own.case.name, own.source.text
         try:
-            return self._pool.submit(_confirmed, *given)
+            answer = self._pool.submit(_confirmed, *given)
         except BrokenExecutor:  # somebody has killed the process: another takes its place
             self._pool.shutdown(wait=False)
             self._pool = Processes(1)
-            return self._pool.submit(_confirmed, *given)
+            answer = self._pool.submit(_confirmed, *given)
+        self._asked = text, answer
+        return answer
 
 
 class Session:
@@ -242,7 +246,8 @@ class Session:
         if DELAY in self.widgets:
             self.widgets[DELAY].disabled = not self.widgets[SAMPLE_TIME].value
         try:
-            self.found = _first_look(self.shared, self.settings)
+            shared = self.shared
+            self.found = explored(shared.design, self.settings, beside=shared.beside, confirm=False)
             self.results.body = self.found.body()
         except SlewctlError as error:
             self.found = None
@@ -312,12 +317,6 @@ def _widget(knob: Knob) -> Any:
     )
 
 
-@single_threaded
-def _first_look(shared: Shared, settings: Mapping[str, Value]) -> Explored:
-    return explored(shared.design, settings, beside=shared.beside, confirm=False)
-
-
-@single_threaded
 def _confirmed(text: str, path: Path, name: str, own: str) -> str:
     """Return what the gate says of a text, as a part of the page; in a process of its own."""
     return explored(design_of_text(text, path, name), beside=_own(own, path, name)).body()

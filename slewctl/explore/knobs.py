@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -120,10 +121,7 @@ def _of_arm(arm: Arm, period: float) -> Iterator[Knob]:
     ratio = arm.damping_ratio
     if isinstance(ratio, float | int):
         own = float(ratio)
-        values = (0.0, *_around(own)) if own else (part * _USUAL_RATIO for part in _PARTS)
-        yield Knob(
-            "arm.damping_ratio", "damping ratio", "", _with(own, (v for v in values if v < 1)), own
-        )
+        yield _amount("arm.damping_ratio", "damping ratio", "", own, _USUAL_RATIO, below=1.0)
     elif any(ratio):
         most = 1 / max(ratio)
         factors = tuple(v for v in _around(1.0) if v < most)
@@ -174,10 +172,12 @@ def _times(key: str, label: str, unit: str, own: float) -> Knob:
     return Knob(key, label, unit, _around(float(own)), float(own))
 
 
-def _amount(key: str, label: str, unit: str, own: float, scale: float) -> Knob:
-    """Return the knob of what may be none, on a scale that the arm gives."""
-    values = _around(own) if own else _with(own, (part * scale for part in _PARTS))
-    return Knob(key, label, unit, _with(own, (0.0, *values)), own)
+def _amount(
+    key: str, label: str, unit: str, own: float, scale: float, below: float = math.inf
+) -> Knob:
+    """Return the knob of what may be none, about its own value or on a scale given for none."""
+    values = (0.0, *_around(own)) if own else (part * scale for part in _PARTS)
+    return Knob(key, label, unit, _with(own, (v for v in values if v < below)), own)
 
 
 def _around(own: float, steps: int = _DECADE) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
+from slewctl._threads import single_threaded
 from slewctl.check import NOMINAL, Finding, judge_at_once
 from slewctl.check.words import told_finding
 from slewctl.compare import CaseResult, glance
@@ -71,6 +72,7 @@ class Explored:
         )
 
 
+@single_threaded
 def explored(
     design: DesignFile | Path | str,
     settings: Mapping[str, Value] | None = None,

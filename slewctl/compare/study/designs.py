@@ -27,11 +27,6 @@ GOOD = 0.05
 OPTIMAL = ("lqg", "h2-lmi")
 
 
-def stable(row: Row) -> bool:
-    """Whether a design is stable on the truth and on one with twice the modes."""
-    return row["outcome"] == "stable" and bool(row["stable_on_twice"])
-
-
 class Designs:
     """The designs of a study.
 

@@ -21,7 +21,6 @@ from slewctl.compare.study.designs import (
     Designs,
     Row,
     alike,
-    stable,
 )
 from slewctl.compare.study.results_file import Rows
 from slewctl.errors import InputError, check_choice, shown
@@ -49,25 +48,29 @@ class StudySlice:
     rows: Sequence[Row]
 
     @cached_property
+    def _designs(self) -> Designs:
+        return Designs(self.rows)
+
+    @cached_property
     def bases(self) -> list[str]:
         """Bases, the simplest first, then reductions of the truth."""
-        return sorted({row["basis"] for row in self.rows}, key=SOURCES.index)
+        return sorted(self._designs.codes("basis")[1], key=SOURCES.index)
 
     @cached_property
     def orders(self) -> list[int]:
         """Numbers of functions, increasing."""
-        return sorted({row["n"] for row in self.rows})
+        return sorted(self._designs.codes("n")[1])
 
     @cached_property
     def hub_ratios(self) -> list[float]:
         """Hub inertias over the beam's, increasing."""
-        return sorted({row["hub_ratio"] for row in self.rows})
+        return sorted(self._designs.codes(HUB)[1])
 
     @property
     def drifting(self) -> list[float]:
         """Hub ratios at which the optimum still moves with the modes of the truth."""
-        moving = {r["hub_ratio"] for r in self.rows if abs(r["optimum_drift"] or 0.0) > _DRIFT}
-        return sorted(moving)
+        hubs, drift = (self._designs.numbers(name) for name in (HUB, "optimum_drift"))
+        return np.unique(hubs[np.abs(drift) > _DRIFT]).tolist()
 
     def plot(self, basis: str, ax: Axes | None = None) -> Axes:
         """Draw the loss of one basis against the hub inertia, a line for each order.
@@ -111,24 +114,26 @@ class StudySlice:
 
         Infinite where the loop is unstable, NaN where there is no design.
         """
-        found = np.full((len(self.orders), len(self.hub_ratios)), math.nan)
-        order = {n: place for place, n in enumerate(self.orders)}
-        column = {ratio: place for place, ratio in enumerate(self.hub_ratios)}
-        for row in self.rows:
-            if row["basis"] == basis and row["outcome"] != "no design":
-                least = self._least.get(row["hub_ratio"], 1.0)
-                cost = (1 + row["h2_loss"]) / least if stable(row) else math.inf
-                found[order[row["n"]], column[row["hub_ratio"]]] = cost - 1
+        designs, found = self._designs, np.full((len(self.orders), len(self.hub_ratios)), math.nan)
+        own = designs.made & designs.equal("basis", basis)
+        order = np.searchsorted(self.orders, designs.numbers("n")[own])
+        hub = self._hubs[own]
+        found[order, hub] = designs.costs[own] / self._least[hub] - 1
         return np.round(found, _DIGITS)
 
     @cached_property
-    def _least(self) -> dict[float, float]:
-        """The least cost over the optimum that counts as no loss, at the hubs where it isn't 1."""
-        least: dict[float, float] = {}
+    def _hubs(self) -> IntArray:
+        """The place of each design's hub among the `hub_ratios`."""
+        return np.searchsorted(self.hub_ratios, self._designs.numbers(HUB))
+
+    @cached_property
+    def _least(self) -> Array:
+        """The least cost over the optimum that counts as no loss, for each hub."""
+        least = np.ones(len(self.hub_ratios))
         if self.rows[0]["method"] not in OPTIMAL:
-            for row in filter(stable, self.rows):
-                hub, cost = row["hub_ratio"], 1 + row["h2_loss"]
-                least[hub] = min(cost, least.get(hub, cost))
+            own = np.full(len(least), math.inf)
+            np.minimum.at(own, self._hubs, self._designs.costs)
+            least = np.where(np.isfinite(own), own, least)
         return least
 
 

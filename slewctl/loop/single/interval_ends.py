@@ -7,78 +7,64 @@ decide something.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from slewctl._types import Array, BoolArray, ComplexArray, IntArray
+from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.loop.single.findings import Points, sort_out
+
+AnyArray = np.ndarray[Any, Any]
 
 # 1 + L is at least so many times as far from zero as it moves: less than a quarter turn.
 FARTHER = 1.001
 
 
-@dataclass(eq=False)
-class Monotone:
-    """Intervals on which a function passes zero once at most, with its error and its roots'."""
+class Gathered:
+    """Intervals, and what is known of each, gathered in several passes.
 
-    a: list[Array] = field(default_factory=list)
-    b: list[Array] = field(default_factory=list)
-    error: list[Array] = field(default_factory=list)
-    off: list[Array] = field(default_factory=list)
-    k: list[Array] = field(default_factory=list)
+    Parameters
+    ----------
+    *kinds : type
+        Of the numbers in each column.
+    """
 
-    def add(
-        self, which: BoolArray, a: Array, b: Array, error: Array, off: Array, k: Array | IntArray
-    ) -> None:
-        """Add intervals; the function is vᵏ times a part of L, or of its size."""
+    def __init__(self, *kinds: type) -> None:
+        self._parts: list[list[AnyArray]] = [[np.zeros(0, kind)] for kind in kinds]
+
+    def add(self, which: BoolArray, *columns: AnyArray) -> None:
+        """Add some of the intervals of a pass."""
         if which.any():
-            for own, values in zip(self._lists, (a, b, error, off, k), strict=True):
-                own.append(np.asarray(values[which], dtype=float))
+            for part, values in zip(self._parts, columns, strict=True):
+                part.append(values[which])
 
     @property
-    def _lists(self) -> tuple[list[Array], ...]:
-        return self.a, self.b, self.error, self.off, self.k
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """a, b, error, off and k."""
-        return tuple(np.concatenate([np.zeros(0), *own]) for own in self._lists)
+    def columns(self) -> tuple[AnyArray, ...]:
+        """All of each column."""
+        return tuple(np.concatenate(part) for part in self._parts)
 
 
-@dataclass(eq=False)
-class Turns:
-    """Intervals on which 1 + L turns by less than half about zero, with its middle values."""
+def monotone() -> Gathered:
+    """Return a place for intervals on which vᵏ times a part of L, or of its size, is zero once.
 
-    a: list[Array] = field(default_factory=list)
-    b: list[Array] = field(default_factory=list)
-    middle: list[ComplexArray] = field(default_factory=list)
-    short: list[BoolArray] = field(default_factory=list)
+    Columns: their ends a and b, the error of the function, how far off its root may be, and k.
+    """
+    return Gathered(float, float, float, float, float)
 
-    def add(
-        self, which: BoolArray, a: Array, b: Array, middle: ComplexArray, short: BoolArray
-    ) -> None:
-        """Add intervals: whether by less than a quarter to either side, or in the right half."""
-        if which.any():
-            self.a.append(a[which])
-            self.b.append(b[which])
-            self.middle.append(middle[which])
-            self.short.append(short[which])
 
-    @property
-    def joined(self) -> Joined:
-        """The intervals in their order."""
-        a = np.concatenate([np.zeros(0), *self.a])
-        order = np.argsort(a)
-        b = np.concatenate([np.zeros(0), *self.b])[order]
-        middle = np.concatenate([np.zeros(0, complex), *self.middle])[order]
-        short = np.concatenate([np.zeros(0, bool), *self.short])[order]
-        return Joined(a[order], b, middle, short)
+def turns() -> Gathered:
+    """Return a place for intervals on which 1 + L turns by less than half about zero.
+
+    Columns: their ends a and b, the value in the middle, and whether it turns by less than a
+    quarter to either side; else it is in the right half.
+    """
+    return Gathered(float, float, complex, bool)
 
 
 @dataclass(frozen=True, eq=False)
 class Joined:
-    """Intervals in their order.
+    """Intervals of `turns` in their order.
 
     From the middle of one to that of the next 1 + L turns by two quarters at most where both
     are short: as much as the two values say.
@@ -88,6 +74,13 @@ class Joined:
     b: Array
     middle: ComplexArray
     short: BoolArray
+
+    @classmethod
+    def of(cls, gathered: Gathered) -> Joined:
+        """Put intervals in their order."""
+        columns = gathered.columns
+        order = np.argsort(columns[0])
+        return cls(*(column[order] for column in columns))
 
     @property
     def _direct(self) -> BoolArray:
@@ -116,9 +109,9 @@ class Joined:
 
 def settled(
     on_axis: Callable[[Array], ComplexArray],
-    unit: tuple[Monotone, tuple[Points, Points]],
-    real: tuple[Monotone, tuple[Points, Points]],
-    turns: Turns,
+    unit: tuple[Gathered, tuple[Points, Points]],
+    real: tuple[Gathered, tuple[Points, Points]],
+    turning: Gathered,
 ) -> float:
     """Sort out crossings, and return the turn of 1 + L, from L at all ends that matter.
 
@@ -126,12 +119,14 @@ def settled(
     ----------
     on_axis : callable
         From v to L.
-    unit, real : tuple of Monotone and (Points, Points)
-        Of |L| − 1 and of Im L, and into what to sort: passed, or not excluded.
-    turns : Turns
+    unit, real : tuple of Gathered and (Points, Points)
+        Those of `monotone`, of |L| − 1 and of Im L, and into what to sort: passed, or not
+        excluded.
+    turning : Gathered
+        Those of `turns`.
     """
-    joined = turns.joined
-    one, other = unit[0].arrays, real[0].arrays
+    joined = Joined.of(turning)
+    one, other = unit[0].columns, real[0].columns
     points = np.unique(np.concatenate([*one[:2], *other[:2], *joined.wanted]))
     values = on_axis(points)
 

@@ -15,7 +15,7 @@ from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.loop.single.axis_ends import WIDEST, Gap, Tail, first_intervals
 from slewctl.loop.single.factored_loop import Enclosure, FactoredLoop, Imaginary
 from slewctl.loop.single.findings import Least, Points, polish
-from slewctl.loop.single.interval_ends import FARTHER, Monotone, Turns, settled
+from slewctl.loop.single.interval_ends import FARTHER, monotone, settled, turns
 
 # Relative tolerance of the smallest distances.
 TOLERANCE = 2e-10
@@ -83,7 +83,7 @@ class Search:
         inside = sum(gap.unstable for gap in closed)
         self.unstable_open = int(np.sum(loop.poles.real > 0)) - inside
         self.intervals, self.of_size_one = 0, True
-        self._steep, self._sloping, self._turns = Monotone(), Monotone(), Turns()
+        self._steep, self._sloping, self._turns = monotone(), monotone(), turns()
         self._answered: list[tuple[Array, Array, BoolArray]] = []
         self._least = {MODULUS: (np.inf, 0.0, 0.0), DISK: (np.inf, 0.0, 0.0)}
         self._proved = {MODULUS: np.inf, DISK: np.inf}
