@@ -314,9 +314,9 @@ def study_command(
     design tried again.
     """
     if dask is not None and workers:
-        raise click.UsageError("--workers is for processes here; --dask has its own workers")
+        raise click.UsageError("--workers is for processes here; --dask has its own workers.")
     if slices and not resume:
-        raise click.UsageError("--slice is for a study that is done; add --resume")
+        raise click.UsageError("--slice is for a study that is done; add --resume.")
     from slewctl.cli.study import study
 
     study(file, out, resume=resume, workers=workers, dask=dask, slices=slices, parquet=parquet)
