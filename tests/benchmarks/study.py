@@ -19,7 +19,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -31,7 +31,17 @@ from threadpoolctl import threadpool_limits
 
 from slewctl import Arm, GeneralisedPlant, Model, arms, assemble, generalised_plant, truth
 from slewctl.basis import create
-from slewctl.compare import Grid, Piece, Point, Setting, Study, Work, evaluate_point, run_study
+from slewctl.compare import (
+    Grid,
+    Piece,
+    Point,
+    Setting,
+    Study,
+    Work,
+    dask_cluster,
+    evaluate_point,
+    run_study,
+)
 from slewctl.compare.study.grid import arm_of, objective_of, slew_of
 from slewctl.compare.study.results_file import rows
 from slewctl.compare.study.sweep import Groups, sweep
@@ -54,7 +64,7 @@ FREQUENCIES, TIMES = 1000, 801
 # Numbers that differ by less agree, and losses by less than this part of the optimal cost.
 NEAR, LEAST_LOSS = 0.01, 1e-6
 MORE_IS_BETTER = ("gain_margin_db", "phase_margin_deg", "disk_margin")
-LESS_IS_BETTER = ("loss", "settling", "peak_torque")
+LESS_IS_BETTER = ("h2_loss", "settling_time", "torque_peak")
 Row = dict[str, Any]
 Margins = Callable[[control.StateSpace, np.ndarray], Row]
 
@@ -133,7 +143,7 @@ def peer(point: Point, margins: Margins) -> Row:
         )
         loop = -K * place.plant.control_path
         parts: dict[str, Callable[[], Row]] = {
-            "norm": lambda: {"loss": control.norm(closed, 2) ** 2 / place.optimum - 1},
+            "norm": lambda: {"h2_loss": control.norm(closed, 2) ** 2 / place.optimum - 1},
             "forced_response": lambda: slewed(place, K),
             "disk_margins": lambda: {"disk_margin": control.disk_margins(loop, place.omega)[0]},
             "stability_margins": lambda: margins(loop, place.omega),
@@ -158,8 +168,8 @@ def slewed(place: Place, K: control.StateSpace) -> Row:
     outside = np.flatnonzero(np.abs(tip - travel) > 0.02 * travel)[-1]
     rigid = place.inertia * 10 / math.sqrt(3) * turn / slew.duration_s**2
     return {
-        "settling": [*t[1:], math.inf][outside] / place.period,
-        "peak_torque": np.abs(torque).max() / rigid,
+        "settling_time": [*t[1:], math.inf][outside] / place.period,
+        "torque_peak": np.abs(torque).max() / rigid,
     }
 
 
@@ -203,7 +213,7 @@ def verdict(point: Point, name: str, known: float, claim: float) -> tuple[str, .
     """Return how the peer's number compares with slewctl's, and who is right about a margin."""
     if math.isnan(claim):
         return ("missing",)
-    if math.isclose(claim, known, rel_tol=NEAR, abs_tol=LEAST_LOSS if name == "loss" else 0.0):
+    if math.isclose(claim, known, rel_tol=NEAR, abs_tol=LEAST_LOSS if name == "h2_loss" else 0.0):
         return ("agree",)
     kind = "optimistic" if (claim > known) == (name in MORE_IS_BETTER) else "pessimistic"
     if name not in ("gain_margin_db", "phase_margin_deg"):
@@ -268,8 +278,8 @@ def waiting(seconds: float) -> list[Row]:
     return [{"seconds": seconds}]
 
 
-def busy(slots: int = 64, places: int = 200, points: int = 19) -> None:
-    """Print which share of the time the slots of a simulated cluster work."""
+def busy(executor: Executor, slots: int, places: int = 200, points: int = 19) -> None:
+    """Print which share of the time the slots of an executor work, point by point and by place."""
     seconds = np.random.default_rng(1).uniform(0.03, 0.09, (places, points))
     for groups in (None, Groups(places, points)):
         pieces = [
@@ -278,12 +288,23 @@ def busy(slots: int = 64, places: int = 200, points: int = 19) -> None:
             for i in range(points)
         ]
         start = time.perf_counter()
-        with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(slots) as threads:
-            sweep(waiting, pieces, Path(folder) / "rows.jsonl", stamp={}, executor=threads,
-                  groups=groups)  # fmt: skip
+        with tempfile.TemporaryDirectory() as folder:
+            sweep(waiting, pieces, Path(folder) / "rows.jsonl", stamp={}, executor=executor,
+                  workers=slots, groups=groups)  # fmt: skip
         share = seconds.sum() / slots / (time.perf_counter() - start)
         print(f"{slots} slots, {places} places of {points} points, "
               f"{'by place' if groups else 'one by one'}: {share:.0%} busy")  # fmt: skip
+
+
+def on_dask(processes: int) -> None:
+    """Print the same of a cluster on this machine."""
+    from distributed import LocalCluster
+
+    with (
+        LocalCluster(n_workers=processes, threads_per_worker=1, dashboard_address=None) as cluster,
+        dask_cluster(cluster.scheduler_address) as executor,
+    ):
+        busy(executor, processes, places=20)
 
 
 def peak() -> float:
@@ -315,9 +336,13 @@ def main() -> None:
     parser.add_argument("--whole", action="store_true")
     parser.add_argument("--sweep", type=int, help="one line of the memory table, used by itself")
     parser.add_argument("--slots", type=int, help="how busy a simulated cluster is kept")
+    parser.add_argument("--dask", type=int, help="the same of so many processes of Dask here")
     given = parser.parse_args()
     if given.slots:
-        busy(given.slots)
+        with ThreadPoolExecutor(given.slots) as threads:
+            busy(threads, given.slots)
+    elif given.dask:
+        on_dask(given.dask)
     elif given.sweep:
         sweep_alone(given.sweep)
     elif given.whole:
