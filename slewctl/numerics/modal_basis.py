@@ -23,12 +23,29 @@ _ITERATIONS = 8  # of a factor of about 1e-3 each
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """The modes of states that A couples with each other."""
+    """The modes of states that A couples with each other.
+
+    Attributes
+    ----------
+    V, W, J : ndarray, shape (count, n, n)
+    blocks : tuple of ndarray of int
+    integral : int or None
+        A state that integrates the others and moves none of them: its pole, the last one, is
+        exactly at the origin.
+    """
 
     V: ComplexArray
     W: ComplexArray
     J: ComplexArray
     blocks: tuple[IntArray, ...] = ()
+    integral: int | None = None
+
+    @property
+    def others(self) -> Modes:
+        """The modes without that state."""
+        kept = np.arange(self.V.shape[-1]) != self.integral
+        V, W = self.V[:, kept, :-1], self.W[:, :-1, kept]
+        return Modes(V, W, self.J[:, :-1, :-1], self.blocks)
 
 
 def outside(n: int, groups: Iterable[IntArray]) -> BoolArray:
@@ -41,19 +58,25 @@ def outside(n: int, groups: Iterable[IntArray]) -> BoolArray:
 
 def modal_bases(A: Array) -> Iterator[tuple[IntArray, Modes]]:
     """Yield the modes of a stack of matrices: small ones with good eigenvectors at once."""
-    values, V = np.linalg.eig(A)
-    values, V = values.astype(complex), V.astype(complex)
-    values[np.abs(values - AT_END) <= _ROUNDED] = AT_END
-    good = np.zeros(len(A), dtype=bool)
-    if A.shape[-1] <= 2:
+    n, good = A.shape[-1], np.zeros(len(A), dtype=bool)
+    if n <= 2:
+        values, V = _eigen(A)
         # Of unit vectors, the determinant is the sine of the angle between them.
-        angle = np.abs(np.linalg.det(V)) if A.shape[-1] == 2 else np.ones(len(A))
+        angle = np.abs(np.linalg.det(V)) if n == 2 else np.ones(len(A))
         good = angle * _WORST >= 1
     if good.any():
-        J = values[good][:, :, None] * np.eye(A.shape[-1], dtype=complex)
-        yield np.flatnonzero(good), Modes(V[good], np.linalg.inv(V[good]), J)
+        J = values[good][:, :, None] * np.eye(n, dtype=complex)
+        yield np.flatnonzero(good), Modes(V[good], np.asarray(np.linalg.inv(V[good])), J)
     for k in np.flatnonzero(~good).tolist():
-        yield np.array([k]), _blocked(A[k], values[k], V[k])
+        yield np.array([k]), _of_others(A[k]) or _blocked(A[k], *_eigen(A[k]))
+
+
+def _eigen(A: Array) -> tuple[ComplexArray, ComplexArray]:
+    """Return eigenvalues, those at z = −1 exactly there, and unit eigenvectors."""
+    values, V = np.linalg.eig(A)
+    values = values.astype(complex)
+    values[np.abs(values - AT_END) <= _ROUNDED] = AT_END
+    return values, V.astype(complex)
 
 
 def _blocked(A: Array, values: ComplexArray, V: ComplexArray) -> Modes:
@@ -77,6 +100,51 @@ def _blocked(A: Array, values: ComplexArray, V: ComplexArray) -> Modes:
             return part
     T, Z, _ = ordered_complex_schur(A, lambda poles: poles.real < 0)
     return _assembled(Z, [T])
+
+
+def _of_others(A: Array) -> Modes | None:
+    """Return the modes from those of all states but one that integrates them, if there is one.
+
+    The angle of an arm whose slow friction alone holds it turns so.  As two of many
+    eigenvectors, that of the friction and that of the angle are nearly parallel.
+    """
+    integrals = np.flatnonzero(~A.any(axis=0))
+    if len(integrals) != 1 or len(A) == 1:
+        return None
+    state = int(integrals[0])
+    kept = np.delete(np.arange(len(A)), state)
+    inner = A[np.ix_(kept, kept)]
+    values, V = _eigen(inner)
+    if np.abs(values).min() <= _known(inner):
+        return None
+    return integrated(A, _blocked(inner, values, V), state)
+
+
+def integrated(A: Array, others: Modes, state: int) -> Modes:
+    """Return modes with a state beside them that integrates the others.
+
+    Parameters
+    ----------
+    A : ndarray, shape (n, n)
+        Its column of the state is zero.
+    others : Modes
+        Of one matrix, without a pole at the origin.
+    state : int
+    """
+    n = len(A)
+    kept = np.delete(np.arange(n), state)
+    V, W, J = (np.zeros((n, n), complex) for _ in range(3))
+    seen = A[state, kept] @ others.V[0]
+    row = np.linalg.solve(others.J[0].T, seen)
+    V[kept, :-1], W[:-1, kept], J[:-1, :-1] = others.V[0], others.W[0], others.J[0]
+    V[state], W[-1, kept] = np.append(row, 1), -(row @ others.W[0])
+    W[-1, state] = 1
+    return Modes(V[None], W[None], J[None], others.blocks, state)
+
+
+def _known(A: Array) -> float:
+    """Return what is zero but for rounding, as an eigenvalue."""
+    return 10 * len(A) * float(np.finfo(float).eps * np.linalg.norm(A))
 
 
 def _assembled(V: ComplexArray, blocks: list[ComplexArray]) -> Modes:
@@ -108,8 +176,7 @@ def _block_basis(
             raise LinAlgError("eigenvalues too close to be told apart")
         return Z[:, :k], T[:k, :k]
     basis = _near_origin(A, np.abs(values), group).astype(complex)
-    known = 10 * len(A) * float(np.finfo(float).eps * np.linalg.norm(A))
-    return _nilpotent(basis, basis.conj().T @ A @ basis, known)
+    return _nilpotent(basis, basis.conj().T @ A @ basis, _known(A))
 
 
 def _near_origin(A: Array, sizes: Array, group: IntArray) -> Array:

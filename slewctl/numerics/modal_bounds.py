@@ -8,7 +8,7 @@ import numpy as np
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.numerics.long_complex import LONG_ROUNDING, LongComplex, LongComplexSum
-from slewctl.numerics.modal_basis import AT_END, Modes
+from slewctl.numerics.modal_basis import AT_END, Modes, integrated
 from slewctl.numerics.sliced_products import add_complex_product, add_product
 
 # Of one complex operation; a sum of n products has n times as much at most (Higham, "Accuracy
@@ -114,6 +114,10 @@ def bounded(stack: Stack, modes: Modes) -> BoundedModes:
 
 def _mended(A: Array, modes: Modes) -> Modes:
     """Return modes after one step of Newton's method from the exact residual."""
+    if modes.integral is not None:
+        kept = np.delete(np.arange(A.shape[-1]), modes.integral)
+        others = _mended(A[:, kept[:, None], kept], modes.others)
+        return integrated(A[0], others, modes.integral)
     J = modes.J
     F = modes.W @ _residual(A, modes.V, J)[0]
     values = np.diagonal(J, axis1=-2, axis2=-1)

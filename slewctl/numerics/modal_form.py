@@ -179,7 +179,7 @@ def _one_by_one(bases: Iterator[tuple[IntArray, Modes]]) -> Iterator[tuple[IntAr
     for at, modes in bases:
         for place, k in enumerate(at.tolist()):
             own = slice(place, place + 1)
-            yield np.array([k]), Modes(modes.V[own], modes.W[own], modes.J[own], modes.blocks)
+            yield np.array([k]), replace(modes, V=modes.V[own], W=modes.W[own], J=modes.J[own])
 
 
 def _diagonals(stack: ComplexArray) -> ComplexArray:

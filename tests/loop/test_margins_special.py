@@ -369,3 +369,17 @@ def test_nearest_distances_are_no_smaller_than_is_proved(gain: float) -> None:
             assert margin.at_least < least
             assert margin.at_least > least * (1 - mpmath.mpf("1e-9"))
             assert abs(margin.value / least - 1) < 1e-9
+
+
+@pytest.mark.parametrize("friction", [0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2])
+def test_a_hub_that_friction_slows_down_in_hours_is_proved(friction: float) -> None:
+    """The poles of the angle and of the friction lie beside each other, next to 1e5 rad/s."""
+    loop = loop_on(uniform_arm(friction=friction), modes=40)
+    order, m = loop.factors.order_at_zero, loop.margins
+    slow = np.sort(np.abs(loop.factors.poles))[1]
+    assert order == (2 if slow == 0 else 1)
+    assert (slow == 0) == (friction <= 1e-9)
+    assert not m.unproved
+    # Sums of both poles lose the digits that s over the slow one has: 4e-4 at the worst.
+    assert (1 - 1e-3) * m.disk.value < m.disk.at_least <= m.disk.value
+    assert m.disk.value == pytest.approx(loop_on(uniform_arm()).margins.disk.value, rel=0.1)
