@@ -37,11 +37,12 @@ def spent(what: Callable[[], object]) -> float:
 
 def times_of(loop: FlexibleLoop) -> tuple[float, float]:
     """Return the seconds of certified margins and of those from eigenvalues."""
-    pair = paired(loop.plant, loop.controller)
+    plant, controller = loop.plant, loop.controller
+    pair = paired(plant, controller)
     L, named = series(pair.plant, pair.negative), modes_of_pair(pair)
 
     def certified() -> object:
-        fresh = paired(loop.plant, loop.controller)
+        fresh = paired(plant, controller)
         found = factored(fresh.plant, fresh.negative)
         return classical_margins(L, modes=named, factors=found)
 

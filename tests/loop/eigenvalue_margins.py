@@ -46,7 +46,7 @@ def eigenvalue_margins(
     gain = crossings(broken, samples, log_gain)
     limits = _gain_limits(broken, truly_real(broken, crossings(broken, samples, sine)))
     report = Report(
-        lambda omega: complex(broken.response(np.array([omega]))[0]),
+        broken.response,
         broken.D,
         broken.last,
         broken.step,
@@ -64,17 +64,21 @@ def eigenvalue_margins(
         above = bool(np.median(log_gain(samples.values)) > 0) if not len(turns) else False
         phase, delay = report.phase(turns, gain.omega, above), report.delay(turns, gain.omega)
     pairs = [(limit.value, limit.omega) for limit in limits]
+    balanced = 1 / disk.value if disk.value else np.inf
+    found = {
+        "gain_db": report.gain(pairs, "rise"),
+        "gain_reduction_db": report.gain(pairs, "fall"),
+        "phase_deg": phase,
+        "delay_s": delay,
+        "modulus": report.nearest("modulus", 1 / modulus.value, modulus.omega, 1.0),
+        "disk": report.nearest("disk", balanced, disk.omega, skew),
+    }
     return Margins(
-        report.gain(pairs, "rise"),
-        report.gain(pairs, "fall"),
-        phase,
-        delay,
-        tuple(float(w) / (2 * np.pi) for w in gain.omega),
-        report.nearest("modulus", 1 / modulus.value, modulus.omega, 1.0),
-        report.nearest("disk", 1 / disk.value if disk.value else np.inf, disk.omega, skew),
-        not doubts,
-        float(skew),
-        tuple(doubts),
+        **report.named(found),
+        gain_crossings_hz=tuple(float(w) / (2 * np.pi) for w in gain.omega),
+        confirmed=not doubts,
+        skew=float(skew),
+        doubts=tuple(doubts),
         crossings=report.all_crossings(pairs, turns, gain.omega),
     )
 

@@ -93,7 +93,7 @@ def test_parts_of_a_sampled_plant_add_up(delay: float) -> None:
         fresh = T - late
         theta = (fresh**2 / 2 + (T**2 / 2 - fresh**2 / 2) / z) + (fresh + late / z) * T / (z - 1)
         rigid = np.array([theta, fresh + late / z]) / (J * (z - 1) * z**whole)
-        total = -K @ rigid + modes.parts(2 * np.pi * hertz).sum()
+        total = -K @ rigid + modes.parts(np.array([2 * np.pi * hertz])).sum()
         L = sampled.response(np.array([2 * np.pi * hertz]))[0]
         assert total == pytest.approx(L, rel=1e-6)
 

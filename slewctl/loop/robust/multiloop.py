@@ -270,14 +270,14 @@ def _all_pass_factor(delta: complex, disk: MultiloopDisk) -> LinearSystem:
 def _of_channel(modes: Modes, channel: int) -> Modes:
     """Return the same modes with what they contribute to one channel."""
     one = slice(channel, channel + 1)
-    return Modes(modes.names, modes.rest, lambda omega: modes.parts(omega)[:, one, one])
+    return Modes(modes.names, modes.rest, lambda omega: modes.parts(omega)[..., one, one])
 
 
 def _mode(loop: LinearSystem, hertz: float | None) -> str:
     if hertz is None:
         return ""
-    value = FrequencyResponse(loop)(np.array([2 * np.pi * hertz]))
-    return modes_of_loop(loop).largest(hertz, value)
+    at = np.array([hertz])
+    return modes_of_loop(loop).largest(at, FrequencyResponse(loop)(2 * np.pi * at))[0]
 
 
 def _factors(delta: ComplexArray, sigma: float) -> ComplexArray:

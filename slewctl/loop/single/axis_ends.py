@@ -27,6 +27,8 @@ _FARTHEST = 1e16
 # L is left where it is this near to a limit of size one: |L| = 1 may be passed beyond, at half a
 # turn from −1 but for this; as many intervals as its reciprocal are needed to come nearer.
 _NEAR_ONE = 1e-3
+# How much farther out a tail is looked for at a time at most.
+_LEAP = 1e4
 # Marks about a pole: each this much farther from it than the one before.
 _GRADED, _GRADES = 4.0, 16
 
@@ -98,7 +100,9 @@ def origin(loop: FactoredLoop) -> Gap | None:
             break  # nearer to the pole, its own rounding is all there is
         if found and least > WIDEST:
             break
-        radius /= 10
+        # At once to where |L| is a little more than what is wanted, sᵏ L being as it is.
+        enough = (0.5 * abs(value) / WIDEST) ** (1 / k)
+        radius = min(radius / 10, enough) if enough and not found else radius / 10
     if found:
         return found
     raise UndecidedError(
@@ -177,7 +181,8 @@ def tail(loop: FactoredLoop) -> Tail:
             at_start = 1 + complex(loop.at(np.array([1j * far]))[0])
             end = 1.0 if loop.delay else 1 + limit
             return Tail(far, limit, away, float(np.angle(end / at_start)))
-        far, before = 10 * far, away
+        # As far as two poles more than zeros make it.
+        far, before = far * max(10.0, min((away / room) ** 0.5, _LEAP) if room > 0 else 0.0), away
     raise UndecidedError("L is too near to minus one at infinite frequency")
 
 

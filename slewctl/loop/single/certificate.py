@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slewctl._types import Array
+from slewctl._types import Array, ComplexArray
 from slewctl.loop.single.axis_ends import (
     WIDEST,
     Gap,
@@ -25,7 +25,7 @@ from slewctl.loop.single.margin_report import Report
 from slewctl.loop.single.margin_results import Crossing, Margins
 from slewctl.loop.single.mode_names import Modes
 from slewctl.loop.single.perturbation import Changed, Kind
-from slewctl.loop.single.search import Search
+from slewctl.loop.single.search import REAL, UNIT, Search
 from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.numerics.linear_system import LinearSystem
 
@@ -172,8 +172,9 @@ def margins_of(
         modes,
         None if loop.delay else Changed(light),
     )
-    limits, (rise, fall) = _gain_limits(found)
-    turns, omega, (least_turn, least_delay) = _turns(found)
+    seen = _seen(loop, search)
+    limits, (rise, fall) = _gain_limits(found, *seen[REAL])
+    turns, omega, (least_turn, least_delay) = _turns(found, *seen[UNIT])
     first = found.start.end if found.start else 0.0
     above = not len(turns) and abs(loop.on_axis(np.array([first]))[0]) > 1
     phase = report.phase(turns, omega, bool(above), _below(math.degrees(least_turn)))
@@ -190,6 +191,7 @@ def margins_of(
         "modulus": _nearest(report, loop, "modulus", search.modulus, 1.0),
         "disk": _nearest(report, loop, "disk", search.disk, skew),
     }
+    crossings = report.named(crossings)
     doubts += tuple(
         f"{name} is proved to be at least {crossing.at_least:.6g} only"
         for name, crossing in crossings.items()
@@ -197,18 +199,13 @@ def margins_of(
     )
     hertz = tuple(float(w) / (2 * math.pi) for w in omega)
     return Margins(
-        crossings["gain_db"],
-        crossings["gain_reduction_db"],
-        crossings["phase_deg"],
-        crossings["delay_s"],
-        hertz,
-        crossings["modulus"],
-        crossings["disk"],
-        not doubts,
-        float(skew),
-        doubts,
-        search.intervals,
-        report.all_crossings(limits, turns, omega),
+        **crossings,
+        gain_crossings_hz=hertz,
+        confirmed=not doubts,
+        skew=float(skew),
+        doubts=doubts,
+        intervals=search.intervals,
+        crossings=report.all_crossings(limits, turns, omega),
     )
 
 
@@ -224,10 +221,10 @@ def _narrow(crossing: Crossing, within: float) -> bool:
     return crossing.at_least >= crossing.value * (1 - within) - within
 
 
-def _undelayed(loop: FactoredLoop, omega: float) -> complex:
+def _undelayed(loop: FactoredLoop, omega: Array) -> ComplexArray:
     """Return L without its dead time, as sums over modes have it."""
-    v = loop.axis(np.array([omega]))
-    return complex(loop.on_axis(v)[0] * np.exp(1j * v[0] * loop.delay))
+    v = loop.axis(omega)
+    return np.asarray(loop.on_axis(v) * np.exp(1j * v * loop.delay))
 
 
 def _nearest(report: Report, loop: FactoredLoop, kind: Kind, least: Least, skew: float) -> Crossing:
@@ -236,8 +233,17 @@ def _nearest(report: Report, loop: FactoredLoop, kind: Kind, least: Least, skew:
     )
 
 
-def _gain_limits(found: Certificate) -> tuple[list[tuple[float, float]], tuple[float, float]]:
-    """Return all gain limits that were found, and between which two factors there is none."""
+def _gain_limits(
+    found: Certificate, passed: Balls, touched: Balls
+) -> tuple[list[tuple[float, float]], tuple[float, float]]:
+    """Return all gain limits that were found, and between which two factors there is none.
+
+    Parameters
+    ----------
+    found : Certificate
+    passed, touched : Balls
+        Where L is real, and where it may be.
+    """
     loop, search, end = found.loop, found.search, found.end
     rise, fall = search.most_gain, max(1 / WIDEST, search.floor)
     limits: list[tuple[float, float]] = []
@@ -248,17 +254,14 @@ def _gain_limits(found: Certificate) -> tuple[list[tuple[float, float]], tuple[f
             min([WIDEST, *(f for f in factors if f >= 1)]),
             max([0.0, *(f for f in factors if f < 1)]),
         )
-    v, width = search.real.arrays
-    for place, value, size in zip(v.tolist(), *_balls(loop, v, width), strict=True):
+    for place, value, size in zip(passed.v.tolist(), passed.values, passed.sizes, strict=True):
         if value.real < 0:
             factor = -1 / value.real
             if 1 / WIDEST <= factor <= WIDEST:
                 limits.append((factor, float(loop.omega(np.array(place)))))
             rise, fall = _narrowed(rise, fall, *_factors(abs(value), size))
-    v, width = _cut(*search.real_touched.arrays)
-    v, width = v[v > 0], width[v > 0]  # L is real at v = 0 anyway
-    for value, size in zip(*_balls(loop, v, width), strict=True):
-        if value.real - size < 0:
+    for place, value, size in zip(touched.v.tolist(), touched.values, touched.sizes, strict=True):
+        if place > 0 and value.real - size < 0:  # L is real at v = 0 anyway
             rise, fall = _narrowed(rise, fall, *_factors(abs(value), size))
     if not loop.order_at_zero:
         origin_value = float(loop.on_axis(np.zeros(1))[0].real)
@@ -296,12 +299,28 @@ def _narrowed(rise: float, fall: float, low: float, high: float) -> tuple[float,
     return rise, fall
 
 
-def _balls(loop: FactoredLoop, v: Array, width: Array) -> tuple[list[complex], list[float]]:
-    """Return L at points and how far it may be from that within their widths."""
-    if not len(v):
-        return [], []
-    box = loop.enclosed(v, width)
-    return box.value.tolist(), np.where(np.isnan(box.reach), np.inf, box.reach).tolist()
+@dataclass(frozen=True, eq=False)
+class Balls:
+    """L at points, and how far it may be from that within their widths."""
+
+    v: Array
+    width: Array
+    values: list[complex]
+    sizes: list[float]
+
+
+def _seen(loop: FactoredLoop, search: Search) -> dict[int, tuple[Balls, Balls]]:
+    """Return L where a question was answered by a crossing, and where it may be: all at once."""
+    found = (search.unit, search.unit_touched, search.real, search.real_touched)
+    places = [_cut(*points.arrays) if k % 2 else points.arrays for k, points in enumerate(found)]
+    box = loop.enclosed(*(np.concatenate(each) for each in zip(*places, strict=True)))
+    values, sizes = box.value.tolist(), np.where(np.isnan(box.reach), np.inf, box.reach).tolist()
+    balls, start = [], 0
+    for v, width in places:
+        own = slice(start, start + len(v))
+        balls.append(Balls(v, width, values[own], sizes[own]))
+        start += len(v)
+    return {UNIT: (balls[0], balls[1]), REAL: (balls[2], balls[3])}
 
 
 def _cut(v: Array, width: Array) -> tuple[Array, Array]:
@@ -311,18 +330,17 @@ def _cut(v: Array, width: Array) -> tuple[Array, Array]:
     return parts.ravel(), np.repeat(width / _PARTS * (1 + 1e-9), _PARTS)
 
 
-def _turns(found: Certificate) -> tuple[Array, Array, tuple[float, float]]:
+def _turns(
+    found: Certificate, passed: Balls, touched: Balls
+) -> tuple[Array, Array, tuple[float, float]]:
     """Return turns in rad and ω at the gain crossings, and the least of both that is proved."""
-    loop, search = found.loop, found.search
-    v, width = search.unit.arrays
-    values, sizes = _balls(loop, v, width)
-    turns = -np.angle(-np.array(values, dtype=complex))
-    omega = loop.omega(v)
+    loop = found.loop
+    turns = -np.angle(-np.array(passed.values, dtype=complex))
+    omega = loop.omega(passed.v)
     least_turn = least_delay = math.inf
-    touched, room = _cut(*search.unit_touched.arrays)
-    more, more_sizes = _balls(loop, touched, room)
-    ends = [*(omega * (1 + 4e-16)), *loop.omega(touched + room)]
-    for value, size, last in zip([*values, *more], [*sizes, *more_sizes], ends, strict=True):
+    ends = [*(omega * (1 + 4e-16)), *loop.omega(touched.v + touched.width)]
+    values, sizes = [*passed.values, *touched.values], [*passed.sizes, *touched.sizes]
+    for value, size, last in zip(values, sizes, ends, strict=True):
         turn = -float(np.angle(-value))
         off = math.asin(min(size / abs(value), 1.0)) + _ULPS if value else math.pi
         least_turn = min(least_turn, max(abs(turn) - off, 0.0))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slewctl._types import Array
+from slewctl._types import Array, ComplexArray
 from slewctl.loop.single.margin_results import AxisCrossing, Crossing
 from slewctl.loop.single.mode_names import Modes
 from slewctl.loop.single.perturbation import Changed, Kind
@@ -20,12 +20,12 @@ _NO_SAMPLE = "|L| is not below one at half the sampling frequency: not one whole
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """Makes a `Crossing` of each margin of a loop: named, and with what is proved of it.
+    """Makes a `Crossing` of each margin of a loop, with what is proved of it, and names them.
 
     Attributes
     ----------
     at : callable
-        From ω in rad/s to L.
+        From ω in rad/s, shape (m,), to L.
     D : float
         L at infinite frequency, of a sampled loop its feedthrough.
     last : float
@@ -39,7 +39,7 @@ class Report:
         From which perturbations are made; None where the changed loop has no state space.
     """
 
-    at: Callable[[float], complex]
+    at: Callable[[Array], ComplexArray]
     D: float
     last: float
     step: float
@@ -47,8 +47,15 @@ class Report:
     modes: Modes
     changes: Changed | None
 
-    def _name(self, hertz: float | None) -> str:
-        return "" if hertz is None else self.modes.largest(hertz, self.at(2 * np.pi * hertz))
+    def named(self, crossings: Mapping[str, Crossing]) -> dict[str, Crossing]:
+        """Return crossings with the names of the modes they are at."""
+        found = dict(crossings)
+        at = {k: c.frequency_hz for k, c in found.items() if c.frequency_hz is not None}
+        hertz = np.array(list(at.values()))
+        if len(hertz):
+            names = self.modes.largest(hertz, self.at(2 * np.pi * hertz))
+            found |= {k: replace(found[k], mode=name) for k, name in zip(at, names, strict=True)}
+        return found
 
     def _crossing(
         self,
@@ -62,7 +69,7 @@ class Report:
         end = "every frequency" if self.static else "infinite frequency"
         note = "" if hertz is not None else f"reached at {end}"
         change = self.changes.by(kind, factor, omega) if self.changes and kind else None
-        return Crossing(value, hertz, self._name(hertz), note, at_least, change)
+        return Crossing(value, hertz, "", note, at_least, change)
 
     def nearest(
         self,
@@ -152,7 +159,7 @@ class Report:
         if not self.step:
             return Crossing(0.0, None, note="|L| is not below one at infinite frequency")
         hertz = 0.5 / self.step
-        return Crossing(0.0, hertz, self._name(hertz), note=_NO_SAMPLE)
+        return Crossing(0.0, hertz, note=_NO_SAMPLE)
 
     def all_pass(self) -> tuple[Crossing, Crossing]:
         """Return phase and delay margin of L = 1, the only stable loop with |L| = 1 throughout.

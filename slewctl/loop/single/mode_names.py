@@ -42,27 +42,29 @@ class Modes:
     rest : str
         What everything else is called: the rigid body, or nothing.
     parts : callable
-        From ω in rad/s to what each mode contributes to L, shape (modes, outputs, inputs).
+        From ω in rad/s, shape (m,), to what each mode contributes to L there, shape
+        (m, modes, outputs, inputs).
     """
 
     names: tuple[str, ...]
     rest: str
-    parts: Callable[[float], ComplexArray]
+    parts: Callable[[Array], ComplexArray]
 
-    def largest(self, hertz: float, value: ComplexArray | complex) -> str:
-        """Return the name of what has the largest share in L at a frequency.
+    def largest(self, hertz: Array, values: ComplexArray) -> list[str]:
+        """Return the names of what has the largest share in L at some frequencies.
 
         Parameters
         ----------
-        hertz : float
-        value : complex or ndarray
+        hertz : ndarray, shape (m,)
+        values : ndarray, shape (m,) or (m, outputs, inputs)
             L there.
         """
         with np.errstate(all="ignore"):  # a pole on the axis: its part is infinite
             parts = self.parts(2 * np.pi * hertz)
-            rest = np.reshape(value, parts.shape[1:]) - parts.sum(axis=0)
-            shares = np.linalg.norm(np.concatenate([rest[None], parts]), axis=(1, 2))
-        return (self.rest, *self.names)[int(np.argmax(np.nan_to_num(shares, nan=0.0)))]
+            rest = np.reshape(values, (len(hertz), *parts.shape[2:])) - parts.sum(axis=1)
+            shares = np.linalg.norm(np.concatenate([rest[:, None], parts], axis=1), axis=(2, 3))
+        names = (self.rest, *self.names)
+        return [names[k] for k in np.nan_to_num(shares, nan=0.0).argmax(axis=1).tolist()]
 
 
 def modes_of_loop(loop: LinearSystem) -> Modes:
@@ -106,9 +108,9 @@ def modes_of_pair(
     return Modes(names, "rigid body" if rigid else "", parts)
 
 
-def _held(omega: float, step: float, delay: float) -> Callable[[ComplexArray], ComplexArray]:
+def _held(omega: Array, step: float, delay: float) -> Callable[[ComplexArray], ComplexArray]:
     """Return what 1/(s − p) becomes behind a hold and a delay, as sampled at e^(jωT)."""
-    z = np.exp(1j * omega * step)
+    z = np.exp(1j * omega[:, None] * step)
     whole, late = divmod(delay, step)
 
     def sampled(pole: ComplexArray) -> ComplexArray:
@@ -133,8 +135,11 @@ class _Ringing:
         return _Ringing(self.poles[kept], self.residues[kept], hertz, self.rigid)
 
     def sum_of_pairs(self, factor: Callable[[ComplexArray], ComplexArray]) -> ComplexArray:
-        """Return residue times factor of each pole and its conjugate, (modes, outputs, inputs)."""
-        one, other = (factor(p)[:, None, None] for p in (self.poles, self.poles.conj()))
+        """Return residue times factor of each pole and its conjugate.
+
+        Factors are of shape (m, modes), what is returned of (m, modes, outputs, inputs).
+        """
+        one, other = (factor(p)[..., None, None] for p in (self.poles, self.poles.conj()))
         # A negative z has no partner: it rings at half the sampling frequency.
         paired = (self.poles.imag != 0)[:, None, None]
         return np.asarray(self.residues * one + paired * self.residues.conj() * other)
@@ -147,8 +152,8 @@ class _LoopParts:
     ringing: _Ringing
     step: float
 
-    def __call__(self, omega: float) -> ComplexArray:
-        point = np.exp(1j * omega * self.step) if self.step else 1j * omega
+    def __call__(self, omega: Array) -> ComplexArray:
+        point = (np.exp(1j * omega * self.step) if self.step else 1j * omega)[:, None]
         return self.ringing.sum_of_pairs(lambda pole: 1 / (point - pole))
 
 
@@ -162,9 +167,9 @@ class _PairParts:
     controller: FrequencyResponse
     controller_outputs: int
 
-    def __call__(self, omega: float) -> ComplexArray:
-        shape = (self.controller_outputs, -1)
-        K = self.controller(np.array([omega])).reshape(shape)
+    def __call__(self, omega: Array) -> ComplexArray:
+        shape = (len(omega), 1, self.controller_outputs, -1)
+        K = self.controller(omega).reshape(shape)
         if self.held is None:
             return np.asarray(K @ _LoopParts(self.ringing, self.step)(omega))
         return np.asarray(K @ self.ringing.sum_of_pairs(_held(omega, *self.held)))

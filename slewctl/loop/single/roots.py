@@ -84,6 +84,13 @@ def _step(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: Array) -> Arra
     return np.where(safe & np.isfinite(quadratic), quadratic, 0.5)
 
 
+def _between(a: Array, b: Array, fa: Array, fb: Array) -> Array:
+    """Return where a straight line from one end to the other is zero; the middle, if nowhere."""
+    with np.errstate(all="ignore"):
+        x = a + (b - a) * (fa / (fa - fb))
+    return np.where((x > a) & (x < b), x, 0.5 * (a + b))
+
+
 def polished_by_slopes(
     function: Callable[[Array, IntArray], tuple[Array, Array]], left: Array, right: Array
 ) -> tuple[Array, Array]:
@@ -102,8 +109,9 @@ def polished_by_slopes(
     if not len(left):
         return left, right
     every = np.arange(len(left))
-    a, b, fa = left.copy(), right.copy(), function(left, every)[0]
-    x, step = 0.5 * (a + b), b - a
+    a, b = left.copy(), right.copy()
+    fa, fb = function(np.concatenate([a, b]), np.tile(every, 2))[0].reshape(2, -1)
+    x, step = _between(a, b, fa, fb), b - a
     open_ = every
     for _ in range(_NEWTON):
         k = open_
