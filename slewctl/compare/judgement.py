@@ -19,9 +19,7 @@ from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
 from slewctl.loop import Loop, Margins, Slew, close
 from slewctl.loop.noise import NoiseLevels, noise_levels
-from slewctl.loop.single.sensitivity import complementary_sensitivity_peak
 from slewctl.model import Truth, truth
-from slewctl.numerics.hinf_norm import Peak
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
 
 if TYPE_CHECKING:
@@ -214,11 +212,6 @@ class Judgement:
         beyond = arm.exceeded(summary.peak_torque, summary.peak_voltage)
         told = "; ".join(f"the slew needs {what}" for what in beyond)
         return f"{told}{loops.told_time(self.loop, self.slew)}" if beyond else ""
-
-    @cached_property
-    def complementary_peak(self) -> Peak:
-        """‖T‖∞ and where it is reached."""
-        return complementary_sensitivity_peak(self.loop.opened)
 
     @cached_property
     def noise(self) -> NoiseLevels:

@@ -19,7 +19,6 @@ from slewctl.compare.judgement import Judgement
 from slewctl.design.result import COST_TOLERANCE
 from slewctl.loop import Crossing, Margins, Slew
 from slewctl.loop.noise import NoiseLevels
-from slewctl.loop.single.sensitivity import bandwidth
 
 if TYPE_CHECKING:
     from slewctl.loop import SlewSummary
@@ -187,14 +186,8 @@ def _margin(
     )  # fmt: skip
 
 
-def _complementary(judgement: Judgement) -> Reading:
-    peak = judgement.complementary_peak
-    hertz = peak.omega / (2 * math.pi)
-    return Reading(peak.value, hertz if math.isfinite(hertz) else None)
-
-
 def _bandwidth(judgement: Judgement) -> Reading:
-    hertz = bandwidth(judgement.loop.opened) / (2 * math.pi)
+    hertz = judgement.margins.bandwidth_hz
     if hertz == 0:
         return Reading(hertz, note="|S| is above 1/√2 from the lowest frequency on")
     return Reading(hertz)
@@ -245,6 +238,7 @@ _MOTOR = "the arm has no motor"
 _TIP = "the arm's modal data tell of no tip"
 _SIMULATED = "the slew has no conditions under which it is simulated"
 _ms = _of_margins(lambda m: _reciprocal(m.modulus))
+_mt = _of_margins(lambda m: _reciprocal(m.complementary))
 
 _LIST = (
     Quantity(
@@ -288,11 +282,11 @@ _LIST = (
     ),
     Quantity(
         "complementary_peak", "", "Mt", "smaller", "largest gain of T = L/(1 + L)", "sensitivity",
-        _complementary,
+        _mt,
     ),
     Quantity(
         "complementary_peak_db", "dB", "Mt", "smaller", "largest gain of T in decibels",
-        "sensitivity", lambda judgement: _decibels(_complementary(judgement)),
+        "sensitivity", lambda judgement: _decibels(_mt(judgement)),
     ),
     Quantity(
         "closed_loop_bandwidth_hz", "Hz", "f_B", "greater",

@@ -15,7 +15,7 @@ from slewctl.loop.parts import paired
 from slewctl.loop.single.certificate import Certificate, certify, margins_of
 from slewctl.loop.single.factored_loop import factored
 from slewctl.loop.single.mode_names import modes_of_pair
-from slewctl.loop.single.search import DISK, MODULUS, REAL, UNIT, WINDING
+from slewctl.loop.single.search import COMPLEMENTARY, DISK, MODULUS, REAL, UNIT, WINDING
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
 
@@ -26,15 +26,15 @@ def check(found: Certificate, G: LinearSystem, K: LinearSystem) -> None:
     N, P = checker.exact_fraction(G, K, G.sample_time)
     of, search = checker.Polynomials.of(N, P), found.search
     start = found.start.end if found.start else 0.0
-    for question in (UNIT, REAL, MODULUS, DISK, WINDING):
+    for question in (UNIT, REAL, WINDING, MODULUS, DISK, COMPLEMENTARY):
         assert checker.covered(*search.proof(question), start, found.end.start)
     if not len(search.unit_touched.arrays[0]):
         crossings = checker.unit_crossings(of, *search.proof(UNIT))
         assert crossings == len(search.unit.arrays[0])
     assert found.unstable == checker.unstable_roots(N, P)
-    modulus, disk = search.modulus.proved, search.disk.proved
-    assert checker.farther(of, modulus * (1 - 1e-9), 0.0, *search.proof(MODULUS))
-    assert checker.farther(of, disk * (1 - 1e-9), search.shift, *search.proof(DISK))
+    for kind, shift in search.shifts.items():
+        proved = search.least(kind).proved * (1 - 1e-9)
+        assert checker.farther(of, proved, shift, *search.proof(kind))
     if found.start:
         least = checker.exact(found.start.least)
         large = checker.positive(of.gain - least**2 * of.poles)
@@ -93,7 +93,7 @@ def test_a_false_claim_is_found_out() -> None:
     with np.errstate(all="ignore"):
         found = certify(factored(G, K))
     of = checker.Polynomials.of(*checker.exact_fraction(G, K, G.sample_time))
-    too_far = found.search.modulus.value * (1 + 1e-6)
+    too_far = found.search.least(MODULUS).value * (1 + 1e-6)
     assert not checker.farther(of, too_far, 0.0, *found.search.proof(MODULUS))
 
 

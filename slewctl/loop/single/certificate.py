@@ -21,11 +21,12 @@ from slewctl.loop.single.axis_ends import (
 )
 from slewctl.loop.single.factored_loop import FactoredLoop
 from slewctl.loop.single.findings import Least
+from slewctl.loop.single.interval_ends import LEVEL_OF_S
 from slewctl.loop.single.margin_report import Report
 from slewctl.loop.single.margin_results import Crossing, Margins
 from slewctl.loop.single.mode_names import Modes
 from slewctl.loop.single.perturbation import Changed, Kind
-from slewctl.loop.single.search import REAL, UNIT, Search
+from slewctl.loop.single.search import COMPLEMENTARY, DISK, MODULUS, REAL, UNIT, Search
 from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.numerics.linear_system import LinearSystem
 
@@ -188,14 +189,15 @@ def margins_of(
         ),
         "phase_deg": phase,
         "delay_s": delay,
-        "modulus": _nearest(report, loop, "modulus", search.modulus, 1.0),
-        "disk": _nearest(report, loop, "disk", search.disk, skew),
+        "modulus": _nearest(report, loop, "modulus", search.least(MODULUS), 1.0),
+        "disk": _nearest(report, loop, "disk", search.least(DISK), skew),
+        "complementary": _nearest(report, loop, "disk", search.least(COMPLEMENTARY), -1.0),
     }
     crossings = report.named(crossings)
     doubts += tuple(
         f"{name} is proved to be at least {crossing.at_least:.6g} only"
         for name, crossing in crossings.items()
-        if crossing.wide
+        if crossing.wide and name != "complementary"
     )
     hertz = tuple(float(w) / (2 * math.pi) for w in omega)
     return Margins(
@@ -205,6 +207,7 @@ def margins_of(
         skew=float(skew),
         doubts=doubts,
         intervals=search.intervals,
+        bandwidth_hz=_bandwidth(found) / (2 * math.pi),
         crossings=report.all_crossings(limits, turns, omega),
     )
 
@@ -225,6 +228,15 @@ def _undelayed(loop: FactoredLoop, omega: Array) -> ComplexArray:
     """Return L without its dead time, as sums over modes have it."""
     v = loop.axis(omega)
     return np.asarray(loop.on_axis(v) * np.exp(1j * v * loop.delay))
+
+
+def _bandwidth(found: Certificate) -> float:
+    """Return ω where |S| first rises through 1/√2; see `Margins`."""
+    loop, search = found.loop, found.search
+    if not found.start and abs(1 + loop.on_axis(np.zeros(1))[0]) <= LEVEL_OF_S:
+        return 0.0
+    places = np.concatenate([search.level.arrays[0], search.level_touched.arrays[0]])
+    return float(loop.omega(places).min(initial=math.inf))
 
 
 def _nearest(report: Report, loop: FactoredLoop, kind: Kind, least: Least, skew: float) -> Crossing:

@@ -60,3 +60,10 @@ def reach(h: Array, value: ComplexArray, slope: ComplexArray, curve: Array) -> t
     """Return the largest |X| and |X′| on intervals of half-width h."""
     steep = np.abs(slope)
     return np.abs(value) + h * steep + h * h / 2 * curve, steep + h * curve
+
+
+def from_segment(L: ComplexArray, slope: ComplexArray, h: Array, point: float) -> Array:
+    """Return the distance of the segments L + slope δ, |δ| ≤ h, from a real point."""
+    away, size = point - L, np.abs(slope) ** 2
+    t = (away * slope.conj()).real / np.where(size > 0, size, 1.0)
+    return np.abs(away - np.clip(t, -h, h) * slope)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from slewctl._types import Array, ComplexArray, IntArray
-from slewctl.loop.single.enclosed import Enclosed, product_curve, reach
+from slewctl.loop.single.enclosed import Enclosed, from_segment, product_curve, reach
 from slewctl.loop.single.factor import Factor, factor_of
 from slewctl.loop.single.split import in_series
 from slewctl.numerics.linear_system import LinearSystem
@@ -89,12 +89,21 @@ class Enclosure:
         """How far L may be from its value in the middle, for all that is known."""
         return np.abs(self.slope) * self.h + self.radius
 
-    @property
-    def steepness(self) -> Array:
-        """How fast |L| changes at least where that is positive: then it does so one way."""
-        size, steep = np.abs(self.value), np.abs(self.slope)
+    @cached_property
+    def away(self) -> Array:
+        """|1 + L| is at least so large."""
+        away = from_segment(self.value, self.slope, self.h, -1.0) - self.radius
+        return np.maximum(away, 1 - self.most)
+
+    def steepness(self, offset: float = 0.0) -> Array:
+        """Return how fast |L + offset| changes at least where that is positive.
+
+        There it does so one way.
+        """
+        value = self.value + offset
+        size, steep = np.abs(value), np.abs(self.slope)
         reach = steep * self.h + self.bend
-        uphill = np.abs((self.value.conj() * self.slope).real)
+        uphill = np.abs((value.conj() * self.slope).real)
         with np.errstate(invalid="ignore"):
             slope = uphill - (steep * reach + (size + reach) * self.h * self.curve)
             return np.asarray(slope / (size + reach))

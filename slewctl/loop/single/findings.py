@@ -25,6 +25,13 @@ class Points:
         self.right.append(right)
         self.width.append(width)
 
+    def keep_lowest(self) -> None:
+        """Leave the one at the lowest frequency alone."""
+        left, right = self.ends
+        lowest = np.argsort(left)[:1]
+        width = np.concatenate([np.zeros(0), *self.width])
+        self.left, self.right, self.width = [left[lowest]], [right[lowest]], [width[lowest]]
+
     @property
     def ends(self) -> tuple[Array, Array]:
         """The two frequencies of each."""
@@ -65,33 +72,43 @@ class Least:
 
 
 def polish(
-    unit: Points, real: Points, slopes: Callable[[Array], tuple[ComplexArray, ComplexArray]]
+    unit: Points,
+    level: Points,
+    real: Points,
+    high: float,
+    slopes: Callable[[Array], tuple[ComplexArray, ComplexArray]],
 ) -> None:
     """Replace what lies between two frequencies by the root there, all together.
 
     Parameters
     ----------
-    unit, real : Points
-        Of log|L|, and of Im L.
+    unit, level, real : Points
+        Of log|L|, of log|1 + L| less that of `high`, and of Im L.
+    high : float
     slopes : callable
         From v to L and its derivative.
     """
-    (a, b), (c, d) = unit.ends, real.ends
-    count = len(a)
+    ends = [points.ends for points in (unit, level, real)]
+    first, second = np.cumsum([len(a) for a, _ in ends])[:2]
 
     def value(v: Array, which: IntArray) -> tuple[Array, Array]:
         L, slope = slopes(v)
         size = np.abs(L)
-        turning, sine, cosine = slope / L, L.imag / size, L.real / size
-        gain = which < count
+        above = (which >= first) & (which < second)
+        w, limit = np.where(above, 1 + L, L), np.where(above, high, 1.0)
+        turning, sine, cosine = slope / w, L.imag / size, L.real / size
+        gain = which < second
         return (
-            np.where(gain, np.log(size), sine),
+            np.where(gain, np.log(np.abs(w) / limit), sine),
             np.where(gain, turning.real, cosine * turning.imag),
         )
 
-    roots, off = polished_by_slopes(value, np.concatenate([a, c]), np.concatenate([b, d]))
-    unit.replace(roots[:count], off[:count])
-    real.replace(roots[count:], off[count:])
+    a, b = (np.concatenate(each) for each in zip(*ends, strict=True))
+    roots, off = polished_by_slopes(value, a, b)
+    for points, own in (
+        (unit, slice(0, first)), (level, slice(first, second)), (real, slice(second, None))
+    ):  # fmt: skip
+        points.replace(roots[own], off[own])
 
 
 def sort_out(

@@ -6,6 +6,7 @@ decide something.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,8 @@ from slewctl.loop.single.findings import Points, sort_out
 
 AnyArray = np.ndarray[Any, Any]
 
+# |S| is 1/√2 where |1 + L| is this.
+LEVEL_OF_S = math.sqrt(2)
 # 1 + L is at least so many times as far from zero as it moves: less than a quarter turn.
 FARTHER = 1.001
 
@@ -111,6 +114,7 @@ def settled(
     on_axis: Callable[[Array], ComplexArray],
     unit: tuple[Gathered, tuple[Points, Points]],
     real: tuple[Gathered, tuple[Points, Points]],
+    level: tuple[Gathered, tuple[Points, Points]],
     turning: Gathered,
 ) -> float:
     """Sort out crossings, and return the turn of 1 + L, from L at all ends that matter.
@@ -119,21 +123,23 @@ def settled(
     ----------
     on_axis : callable
         From v to L.
-    unit, real : tuple of Gathered and (Points, Points)
-        Those of `monotone`, of |L| − 1 and of Im L, and into what to sort: passed, or not
-        excluded.
+    unit, real, level : tuple of Gathered and (Points, Points)
+        Those of `monotone`, of |L| − 1, of Im L and of |1 + L| − √2, and into what to sort:
+        passed, or not excluded.
     turning : Gathered
         Those of `turns`.
     """
     joined = Joined.of(turning)
-    one, other = unit[0].columns, real[0].columns
-    points = np.unique(np.concatenate([*one[:2], *other[:2], *joined.wanted]))
+    asked = [(kind[0].columns, kind[1]) for kind in (unit, real, level)]
+    ends = (end for columns, _ in asked for end in columns[:2])
+    points = np.unique(np.concatenate([*ends, *joined.wanted]))
     values = on_axis(points)
 
     def at(v: Array) -> ComplexArray:
         return np.asarray(values[np.searchsorted(points, v)])
 
-    for (a, b, error, off, k), (_, into), of in ((one, unit, _excess), (other, real, np.imag)):
+    parts: tuple[Callable[[ComplexArray], Array], ...] = (_excess, np.imag, _above)
+    for ((a, b, error, off, k), into), of in zip(asked, parts, strict=True):
         signs = a**k * of(at(a)), b**k * of(at(b))
         sort_out(np.ones(len(a), dtype=bool), signs, error, off, (a, b), into)
     return joined.turn(at)
@@ -141,3 +147,7 @@ def settled(
 
 def _excess(L: ComplexArray) -> Array:
     return np.abs(L) - 1
+
+
+def _above(L: ComplexArray) -> Array:
+    return np.abs(1 + L) - LEVEL_OF_S

@@ -69,6 +69,9 @@ class Crossing:
         return self.perturbation.distance if self.perturbation else None
 
 
+_UNKNOWN = Crossing(math.nan, None)
+
+
 @dataclass(frozen=True)
 class AxisCrossing:
     """A frequency at which a change of gain alone, or of phase alone, puts a pole on the limit.
@@ -134,6 +137,13 @@ class Margins(Tabular):
         All of |L| = 1, and of L real and negative that a gain between 1e-8 and 1e8 reaches
         (with dead time there are infinitely many: those that could bound a gain margin), by
         increasing frequency, each with the sign of its change.
+    complementary : Crossing
+        min |1 + L|/|L|, the reciprocal of the largest gain of T = L/(1 + L): the margin against
+        relative errors of the plant, which is the disk of the skew −1.
+    bandwidth_hz : float
+        Where |S| = 1/|1 + L| first rises through 1/√2: below it feedback acts (S. Skogestad and
+        I. Postlethwaite, "Multivariable Feedback Control", 2nd ed., section 2.4.5).  Zero where
+        |S| is larger from the first frequency on, infinite where it never rises so far.
     """
 
     gain_db: Crossing
@@ -148,6 +158,8 @@ class Margins(Tabular):
     doubts: tuple[str, ...] = ()
     intervals: int = 0
     crossings: tuple[AxisCrossing, ...] = ()
+    complementary: Crossing = _UNKNOWN
+    bandwidth_hz: float = math.nan
 
     @property
     def unproved(self) -> tuple[str, ...]:

@@ -13,9 +13,11 @@ import numpy as np
 
 from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.loop.single.axis_ends import WIDEST, Gap, Tail, first_intervals
+from slewctl.loop.single.distances import OF_S, OF_T, beyond, measured, near, where_large
+from slewctl.loop.single.enclosed import from_segment
 from slewctl.loop.single.factored_loop import Enclosure, FactoredLoop, Imaginary
 from slewctl.loop.single.findings import Least, Points, polish
-from slewctl.loop.single.interval_ends import FARTHER, monotone, settled, turns
+from slewctl.loop.single.interval_ends import FARTHER, LEVEL_OF_S, monotone, settled, turns
 
 # Relative tolerance of the smallest distances.
 TOLERANCE = 2e-10
@@ -25,7 +27,8 @@ _LEVELS = 200
 _POLISHED, _NEAREST = 12, 1e-6
 # Into how many parts intervals are cut while there are no more than so many.
 _PARTS = ((4, 32), (12, 16), (32, 8), (128, 4))
-UNIT, REAL, MODULUS, DISK, WINDING = range(5)
+UNIT, REAL, WINDING, LEVEL, MODULUS, DISK, COMPLEMENTARY = range(7)
+DISTANCES = (MODULUS, DISK, COMPLEMENTARY)
 
 
 class Search:
@@ -48,7 +51,8 @@ class Search:
     ----------
     unit, unit_touched, real, real_touched : Points
         |L| = 1 passed, or not excluded; the same of L real and negative.
-    modulus, disk : Least
+    level, level_touched : Points
+        The first |1 + L| = √2 that is passed, and what is not excluded before it.
     floor : float
         Gain factors below it, at which a gap may hide a pole on the limit, are not judged.
     unstable_open : int
@@ -69,9 +73,11 @@ class Search:
         shift: float,
         most_gain: float = WIDEST,
     ) -> None:
-        self.loop, self.shift = loop, shift
+        self.loop = loop
+        self.shifts = {MODULUS: OF_S, DISK: shift, COMPLEMENTARY: OF_T}
         self.unit, self.unit_touched = Points(), Points()
         self.real, self.real_touched = Points(), Points()
+        self.level, self.level_touched = Points(), Points()
         closed = [*gaps, *([start] if start else [])]
         large = [gap.least for gap in closed] + ([end.least] if end.least else [])
         self.floor = max((1 / least for least in large), default=0.0)
@@ -83,27 +89,19 @@ class Search:
         inside = sum(gap.unstable for gap in closed)
         self.unstable_open = int(np.sum(loop.poles.real > 0)) - inside
         self.intervals, self.of_size_one = 0, True
-        self._steep, self._sloping, self._turns = monotone(), monotone(), turns()
+        self._steep, self._sloping, self._falling = monotone(), monotone(), monotone()
+        self._turns, self._low = turns(), np.inf  # from where |1 + L| is less than √2
         self._answered: list[tuple[Array, Array, BoolArray]] = []
-        self._least = {MODULUS: (np.inf, 0.0, 0.0), DISK: (np.inf, 0.0, 0.0)}
-        self._proved = {MODULUS: np.inf, DISK: np.inf}
+        self._least = dict.fromkeys(DISTANCES, (np.inf, 0.0, 0.0))
+        self._proved = dict.fromkeys(DISTANCES, np.inf)
         self._run(*first_intervals(loop, start, gaps, end))
         for kind, (seen, *_) in self._least.items():  # what each interval was held against
             self._proved[kind] = min(self._proved[kind], seen * (1 - TOLERANCE))
-        polish(self.unit, self.real, loop.slopes)
+        self.level.keep_lowest()
+        polish(self.unit, self.level, self.real, LEVEL_OF_S, loop.slopes)
         self._tighten()
         self._ends(large, end)
         self._polish()
-
-    @property
-    def modulus(self) -> Least:
-        """min |1 + L|."""
-        return self._found(MODULUS)
-
-    @property
-    def disk(self) -> Least:
-        """min 1/|S + shift|."""
-        return self._found(DISK)
 
     def proof(self, question: int) -> tuple[Array, Array]:
         """Return the ends of the intervals on which a question was answered, increasing.
@@ -114,36 +112,37 @@ class Search:
         Parameters
         ----------
         question : int
-            UNIT, REAL, MODULUS, DISK or WINDING.
+            UNIT, REAL, WINDING, LEVEL, MODULUS, DISK or COMPLEMENTARY.
         """
         a = np.concatenate([a[asked[question]] for a, _, asked in self._answered])
         b = np.concatenate([b[asked[question]] for _, b, asked in self._answered])
         order = np.argsort(a)
         return a[order], b[order]
 
-    def _found(self, kind: int) -> Least:
+    def least(self, kind: int) -> Least:
+        """Return the smallest distance of a kind: min |1 + L| of MODULUS, 1/|S + shift| of DISK.
+
+        Of COMPLEMENTARY it is min |1 + L|/|L|, the reciprocal of the largest |T|.
+        """
         value, v, _ = self._least[kind]
         return Least(value, v, min(self._proved[kind], value))
 
     def _ends(self, large: list[float], end: Tail) -> None:
-        for kind in (MODULUS, DISK):
+        for kind, shift in self.shifts.items():
             for least in large:
-                size = least - 1
-                proved = size if kind == MODULUS else size / (1 + abs(self.shift) * size)
-                self._proved[kind] = min(self._proved[kind], proved)
+                self._proved[kind] = min(self._proved[kind], where_large(shift, least))
             if end.least:
                 continue
             circle = np.array([end.limit + 0j])
             if self.loop.delay:
                 circle = abs(end.limit) * np.exp(1j * np.linspace(0, np.pi, 3))
-            values = self._measure(kind, circle)
+            values = measured(shift, circle)
             k = int(np.argmin(values))
             if values[k] < self._least[kind][0]:
                 self._least[kind] = float(values[k]), np.inf, 0.0
-            w = np.abs(1 + circle[k]) - end.away
-            proved = w if kind == MODULUS else w / abs(1 + self.shift * (1 + circle[k]))
-            if w > 0 and end.away > 1e-9 * w:
-                self._proved[kind] = min(self._proved[kind], float(proved))
+            proved = near(shift, complex(circle[k]), end.away)
+            if proved > 0 and end.away > 1e-9 * abs(1 + circle[k]):
+                self._proved[kind] = min(self._proved[kind], proved)
 
     def _tighten(self) -> None:
         """Bring crossings nearer to where they are, from what is known beside them."""
@@ -155,44 +154,37 @@ class Search:
             return
         box, count = self.loop.enclosed(v, width), len(self.unit.left[0])
         part = box.imaginary(self.loop.order_at_zero)
-        self.unit.tighten(box.error[:count], box.steepness[:count])
+        self.unit.tighten(box.error[:count], box.steepness()[:count])
         steep = np.abs(part.slope) - width * part.curve
         self.real.tighten(part.error[count:], steep[count:])
 
     def _polish(self) -> None:
         """Go to the bottom of the parabola through three points about each smallest value."""
-        for kind in (MODULUS, DISK):
+        for kind, shift in self.shifts.items():
             for _ in range(_POLISHED):
                 value, v, h = self._least[kind]
                 if not (_NEAREST * v < h < v < np.inf):
                     break
                 points = np.array([v - h / 2, v, v + h / 2])
-                left, middle, right = self._measure(kind, self.loop.on_axis(points)).tolist()
+                left, middle, right = measured(shift, self.loop.on_axis(points)).tolist()
                 bend = left - 2 * middle + right
                 if not bend > 0:
                     break
                 step = float(np.clip((left - right) / bend / 4, -1, 1)) * h
-                lower = float(self._measure(kind, self.loop.on_axis(np.array([v + step])))[0])
+                lower = float(measured(shift, self.loop.on_axis(np.array([v + step])))[0])
                 if not lower < value:
                     step, lower = 0.0, value
                 self._least[kind] = lower, v + step, max(abs(step), h / 4)
 
-    def _measure(self, kind: int, L: ComplexArray) -> Array:
-        w = 1 + L
-        with np.errstate(divide="ignore", invalid="ignore"):
-            if kind == MODULUS:
-                return np.abs(w)
-            return np.asarray(np.abs(w) / np.abs(1 + self.shift * w))
-
     def _lower(self, L: ComplexArray, v: Array, h: Array) -> None:
-        for kind in (MODULUS, DISK):
-            values = self._measure(kind, L)
+        for kind, shift in self.shifts.items():
+            values = measured(shift, L)
             k = int(np.argmin(values))
             if values[k] < self._least[kind][0]:
                 self._least[kind] = float(values[k]), float(v[k]), float(h[k])
 
     def _run(self, a: Array, b: Array) -> None:
-        asked = np.ones((5, len(a)), dtype=bool)
+        asked = np.ones((7, len(a)), dtype=bool)
         # A smallest value may be reached where the axis begins or ends, which no middle is.
         ends = np.setxor1d(a, b)
         self._lower(self.loop.on_axis(ends), ends, 0 * ends)
@@ -217,6 +209,7 @@ class Search:
             self.loop.on_axis,
             (self._steep, (self.unit, self.unit_touched)),
             (self._sloping, (self.real, self.real_touched)),
+            (self._falling, (self.level, self.level_touched)),
             self._turns,
         )
         if self.turn is not None:
@@ -227,11 +220,13 @@ class Search:
         h, L = box.h, box.value
         reach, twice = np.abs(box.slope) * h + box.bend, 2 * box.error
         moves = np.abs(part.slope) * h + 0.5 * h * h * part.curve
-        small = np.empty((5, len(h)), dtype=bool)
+        small = np.empty((7, len(h)), dtype=bool)
         small[UNIT] = np.abs(np.abs(L) - 1) + reach <= twice
         small[REAL] = np.abs(part.value) + moves <= 2 * part.error
-        small[MODULUS] = small[DISK] = box.bend <= 0.25 * box.error
-        small[WINDING] = np.abs(1 + L) + reach <= twice
+        small[list(DISTANCES)] = box.bend <= 0.25 * box.error
+        w = np.abs(1 + L)
+        small[WINDING] = w + reach <= twice
+        small[LEVEL] = np.abs(w - LEVEL_OF_S) + reach <= twice
         return np.asarray(small | (h <= 16 * np.finfo(float).eps * box.c))
 
     def _answer(
@@ -246,39 +241,38 @@ class Search:
         h, L, L1, R = box.h, box.value, box.slope, box.radius
         ahead, back = np.abs(L + L1 * h), np.abs(L - L1 * h)
         most = np.minimum(np.maximum(ahead, back) + R, box.most)
-        least = _distance(L, L1, h, 0.0) - R
+        least = from_segment(L, L1, h, 0.0) - R
         left = np.zeros_like(asked)
         left[UNIT] = self._unit(box, (a, b), asked[UNIT] & (least <= 1) & (most >= 1))
         left[REAL] = self._real(box, part, (a, b), asked[REAL], (least, most))
-        nearest = self._least[MODULUS][0] * (1 - TOLERANCE)
-        away = np.maximum(_distance(L, L1, h, -1.0) - R, 1 - box.most)
-        left[MODULUS] = asked[MODULUS] & ~(away >= nearest)
-        t = self._least[DISK][0] * (1 - TOLERANCE)
-        outside = self._outside((L, L1 * h), R, t) | self._outside((0 * L, 0 * L), box.most, t)
-        left[DISK] = asked[DISK] & ~outside
+        left[LEVEL] = self._level(box, (a, b), asked[LEVEL] & (a < self._low))
+        for kind, shift in self.shifts.items():
+            t = self._least[kind][0] * (1 - TOLERANCE)
+            left[kind] = asked[kind] & ~beyond(shift, box, t, self.loop.order_at_zero)
         short = np.abs(1 + L) > FARTHER * box.reach
         clear = short | (box.most < 1)
         self._turns.add(asked[WINDING] & clear, a, b, 1 + L, short)
         left[WINDING] = asked[WINDING] & ~clear
         return left
 
-    def _outside(self, segment: tuple[ComplexArray, ComplexArray], R: Array, t: float) -> BoolArray:
-        """Whether |w| ≥ t|1 + shift·w|, w = 1 + L, within R of segments: of centre ± step."""
-        (middle, step), k = segment, self.shift
-        room = 1 - (t * k) ** 2
-        if abs(room) < 1e-12:  # the disk's outside is the half plane Re(shift·w) < −1/2
-            far = np.sign(k) * (middle.real + 1) + 1 / (2 * abs(k))
-            return np.asarray(far <= -(np.abs(step.real) + R))
-        centre, radius = -1 + t * t * k / room, t / abs(room)
-        if room > 0:
-            return np.asarray(_distance(middle, step, np.ones_like(R), centre) - R >= radius)
-        away = middle - centre
-        return np.asarray(np.maximum(np.abs(away + step), np.abs(away - step)) + R <= radius)
+    def _level(self, box: Enclosure, ends: tuple[Array, Array], asked: BoolArray) -> BoolArray:
+        """Leave open where |1 + L| may be √2, below the first place where it is less for sure."""
+        L, L1, h = 1 + box.value, box.slope, box.h
+        most = np.maximum(np.abs(L + L1 * h), np.abs(L - L1 * h)) + box.radius
+        self._low = float(np.min(ends[0][most < LEVEL_OF_S], initial=self._low))
+        open_ = asked & (most >= LEVEL_OF_S) & (box.away <= LEVEL_OF_S)
+        if not open_.any():
+            return open_
+        steep = box.steepness(1.0)
+        once = open_ & (steep > 0)
+        off = box.error / np.where(once, steep, 1.0)
+        self._falling.add(once, *ends, box.error, off, np.zeros(len(off)))
+        return open_ & ~once
 
     def _unit(self, box: Enclosure, ends: tuple[Array, Array], asked: BoolArray) -> BoolArray:
         if not asked.any():
             return asked
-        steep = box.steepness
+        steep = box.steepness()
         once = asked & (steep > 0)
         off = box.error / np.where(once, steep, 1.0)
         self._steep.add(once, *ends, box.error, off, np.zeros(len(off)))
@@ -323,10 +317,12 @@ class Search:
         """Record what cannot be decided above rounding."""
         if not left.any():
             return
-        for kind, points in ((UNIT, self.unit_touched), (REAL, self.real_touched)):
+        for kind, points in (
+            (UNIT, self.unit_touched), (REAL, self.real_touched), (LEVEL, self.level_touched)
+        ):  # fmt: skip
             if left[kind].any():
                 points.add(box.c[left[kind]], box.c[left[kind]], box.h[left[kind]])
-        for kind in (MODULUS, DISK):
+        for kind in DISTANCES:
             if left[kind].any():
                 self._proved[kind] = min(self._proved[kind], self._nearest(kind, box, left[kind]))
         if left[WINDING].any():
@@ -334,15 +330,11 @@ class Search:
 
     def _nearest(self, kind: int, box: Enclosure, here: BoolArray) -> float:
         """Return the largest distance that some boxes prove, by bisection."""
-        R = box.radius
         low, high = 0.0, min(self._least[kind][0], WIDEST)
         for _ in range(50):
             t = 0.5 * (low + high)
-            if kind == MODULUS:
-                outside = _distance(box.value, box.slope, box.h, -1.0) - R >= t
-            else:
-                outside = self._outside((box.value, box.slope * box.h), R, t)
-            low, high = (t, high) if outside[here].all() else (low, t)
+            far = beyond(self.shifts[kind], box, t, self.loop.order_at_zero)[here].all()
+            low, high = (t, high) if far else (low, t)
         return low
 
 
@@ -352,10 +344,3 @@ def _parted(a: Array, b: Array, asked: BoolArray) -> tuple[Array, Array, BoolArr
     inner = a + np.arange(1, parts)[:, None] / parts * (b - a)
     points = np.vstack([a, inner, b])
     return points[:-1].ravel(), points[1:].ravel(), np.tile(asked, parts)
-
-
-def _distance(L: ComplexArray, slope: ComplexArray, h: Array, point: float) -> Array:
-    """Return the distance of the segments L + slope δ, |δ| ≤ h, from a real point."""
-    away, size = point - L, np.abs(slope) ** 2
-    t = (away * slope.conj()).real / np.where(size > 0, size, 1.0)
-    return np.abs(away - np.clip(t, -h, h) * slope)

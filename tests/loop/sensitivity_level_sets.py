@@ -1,4 +1,4 @@
-"""The sensitivity S = 1/(1 + L) of a stable loop: peaks of S and T, and the bandwidth.
+"""Peaks of S and T and the bandwidth of a stable loop: a second opinion beside the intervals.
 
 Nothing is read from a grid: peaks are enclosed by level sets, and the frequencies at which
 |S| passes a level are eigenvalues of a Hamiltonian matrix (`slewctl.numerics.hinf_norm`).
