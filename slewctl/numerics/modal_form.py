@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -95,12 +96,29 @@ class ModalForm:
 # Systems of no more than so many states, to whose cube the cost of long numbers is proportional:
 # those in companion form, which need them, are small.
 LONGEST = 40
-# What a truth yields is computed once for all controllers that meet it.
+# What a truth yields is computed once for all controllers that meet it; and once for a controller
+# whose copies are told apart by names alone.
 _KNOWN: WeakKeyDictionary[LinearSystem, dict[bool, ModalForm]] = WeakKeyDictionary()
+_COPIES = 16
+
+
+class _Content:
+    """A system that equals all with the same numbers."""
+
+    def __init__(self, system: LinearSystem) -> None:
+        self.system = system
+        numbers = (*system.matrices, np.array(system.sample_time))
+        self.key = tuple((matrix.shape, matrix.tobytes()) for matrix in numbers)
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Content) and self.key == other.key
 
 
 def modal_form(system: LinearSystem, long: bool = False) -> ModalForm:
-    """Return the modes of a system with one input; of the same system, the same again.
+    """Return the modes of a system with one input; of the same numbers, the same again.
 
     Parameters
     ----------
@@ -112,11 +130,13 @@ def modal_form(system: LinearSystem, long: bool = False) -> ModalForm:
     known = _KNOWN.setdefault(system, {})
     long = long and len(system.A) <= LONGEST
     if long not in known:
-        known[long] = _modal_form(system, long)
+        known[long] = _modal_form(_Content(system), long)
     return known[long]
 
 
-def _modal_form(system: LinearSystem, long: bool) -> ModalForm:
+@lru_cache(_COPIES)
+def _modal_form(content: _Content, long: bool) -> ModalForm:
+    system = content.system
     A, B, C, D = system.matrices
     scale = balance_realisation(A, B, C)
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale

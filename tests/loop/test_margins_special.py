@@ -15,6 +15,8 @@ from loop_examples import loop_on, stable_loop, uniform_arm, unstable_loop
 from slewctl.errors import InputError, SlewctlError
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
+from slewctl.loop.parts import negated
+from slewctl.loop.single.factored_loop import factored
 from slewctl.numerics.given_system import static
 
 S = control.tf("s")
@@ -383,3 +385,15 @@ def test_a_hub_that_friction_slows_down_in_hours_is_proved(friction: float) -> N
     # Sums of both poles lose the digits that s over the slow one has: 4e-4 at the worst.
     assert (1 - 1e-3) * m.disk.value < m.disk.at_least <= m.disk.value
     assert m.disk.value == pytest.approx(loop_on(uniform_arm()).margins.disk.value, rel=0.1)
+
+
+def test_copies_of_a_controller_share_their_modes() -> None:
+    """A dual, a copy with other names: the same numbers, and not another's."""
+    loop = stable_loop()
+    plant, K = loop.plant.path, negated(loop.controller.linear)
+    one, again = (factored(plant, K.named(name=name)) for name in ("one", "again"))
+    assert one.controller is again.controller
+    assert one.plant is again.plant
+    other = factored(plant, loop.controller.linear)
+    assert other.controller is not one.controller
+    np.testing.assert_allclose(other.on_axis(np.ones(1)), -one.on_axis(np.ones(1)), rtol=1e-12)

@@ -26,7 +26,7 @@ from slewctl.numerics.modal_basis import AT_END
 from slewctl.numerics.modal_bounds import ROUNDING
 from slewctl.numerics.modal_form import Block, ModalForm, modal_form
 
-_KNOWN: WeakKeyDictionary[LinearSystem, dict[bool, Factor]] = WeakKeyDictionary()
+_KNOWN: WeakKeyDictionary[ModalForm, Factor] = WeakKeyDictionary()
 
 
 class Factor:
@@ -370,7 +370,7 @@ class Factor:
 
 
 def factor_of(system: LinearSystem, long: bool = False) -> Factor:
-    """Return a system with one input as a factor; of the same system, the same again.
+    """Return a system with one input as a factor; of the same numbers, the same again.
 
     Parameters
     ----------
@@ -378,10 +378,13 @@ def factor_of(system: LinearSystem, long: bool = False) -> Factor:
     long : bool
         In long numbers, where they know it better.
     """
-    known = _KNOWN.setdefault(system, {})
-    if long not in known:
-        found = Factor(modal_form(system)) if not long else factor_of(system)
-        if long:
-            found = min(found, Factor(modal_form(system, long=True)), key=lambda x: x.unknown)
-        known[long] = found
-    return known[long]
+    found = _of_form(modal_form(system))
+    if long:
+        return min(found, _of_form(modal_form(system, long=True)), key=lambda x: x.unknown)
+    return found
+
+
+def _of_form(form: ModalForm) -> Factor:
+    if form not in _KNOWN:
+        _KNOWN[form] = Factor(form)
+    return _KNOWN[form]
