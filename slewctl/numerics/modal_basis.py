@@ -117,7 +117,9 @@ def _of_others(A: Array) -> Modes | None:
     values, V = _eigen(inner)
     if np.abs(values).min() <= _known(inner):
         return None
-    return integrated(A, _blocked(inner, values, V), state)
+    others = _blocked(inner, values, V)
+    # What eigenvalues show beside the origin may be there, as a block has it.
+    return integrated(A, others, state) if np.diagonal(others.J[0]).all() else None
 
 
 def integrated(A: Array, others: Modes, state: int) -> Modes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import control
 import numpy as np
 import pytest
-from mixed_loops import MixedLoop, random_mixed_loops
+from mixed_loops import MixedLoop, random_mixed_loop, random_mixed_loops
 
 from slewctl import Arm, Beam, Hub, state_space, truth
 from slewctl.loop import Margins, UnstableLoopError
@@ -92,3 +92,12 @@ def eight_decades() -> control.StateSpace:
     C = np.array([[0, 1, 0.00021201814325753777, 0.000665834318444144, 4164.058997331365,
                    278.0698259533042, 0.00016744533337402457, 1.0101265660019896e-06]])  # fmt: skip
     return control.StateSpace(A, B, C, 0)
+
+
+def test_zeros_that_rounding_splits_beside_an_integrator() -> None:
+    """Two poles at the origin show as ±8e-5 beside 3e5 rad/s, a third one integrates them."""
+    rng = np.random.default_rng(1)
+    loop = [random_mixed_loop(rng, "decades") for _ in range(431)][-1]
+    assert loop.stable
+    told = found(margins(loop.plant, loop.controller, sign=loop.sign))
+    assert told[2:] == pytest.approx(loop.phase_and_delay, rel=EXACT)
