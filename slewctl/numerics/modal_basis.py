@@ -81,7 +81,8 @@ def _eigen(A: Array) -> tuple[ComplexArray, ComplexArray]:
 
 def _blocked(A: Array, values: ComplexArray, V: ComplexArray) -> Modes:
     """Return the modes of one matrix, those with nearly parallel eigenvectors in blocks."""
-    reach = AT_ORIGIN * float(np.abs(values).max(initial=0.0))
+    # Poles below that of all but are at the origin together, as are those that rounding makes.
+    reach = max(AT_ORIGIN * float(np.abs(values).max(initial=0.0)), _known(A))
     for nearness in _NEARNESS:
         groups = _groups(values, nearness, reach)
         alone = np.array([group[0] for group in groups if len(group) == 1], dtype=int)
@@ -115,7 +116,7 @@ def _of_others(A: Array) -> Modes | None:
     kept = np.delete(np.arange(len(A)), state)
     inner = A[np.ix_(kept, kept)]
     values, V = _eigen(inner)
-    if np.abs(values).min() <= _known(inner):
+    if np.abs(values).min() <= _known(A):
         return None
     others = _blocked(inner, values, V)
     # What eigenvalues show beside the origin may be there, as a block has it.

@@ -91,3 +91,13 @@ def test_states_do_not_matter() -> None:
     assert m.phase_deg.value == pytest.approx(plain.phase_deg.value, rel=1e-6)
     assert m.gain_db.value == pytest.approx(plain.gain_db.value, rel=1e-5)
     assert len(m.gain_crossings_hz) == len(plain.gain_crossings_hz)
+
+
+def test_a_rigid_body_that_rounding_splits_is_at_the_end_of_the_circle() -> None:
+    """Sampled, its two poles at z = 1 are 1 and 1 − 4e-16, in a matrix that couples no others."""
+    loop = list(random_flexible_loops(11, 74))[73]
+    assert loop.step
+    assert check(loop, "loop 73")
+    m = margins(loop.plant, loop.controller)
+    assert m.confirmed
+    compare(m, loop.truth(), "loop 73, in its factors")
