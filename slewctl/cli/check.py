@@ -90,6 +90,7 @@ def check(
             changed_only=changed_only,
             working=step.within,
             compiled=compiled,
+            marked=outputs.baseline is not None,
         )
     if before is not None and not update_baseline:
         gone = missing(before, results)
@@ -129,6 +130,8 @@ def _write(
     outputs: Outputs, results: Sequence[DesignResult], before: Baseline | None
 ) -> tuple[bool, list[str]]:
     """Write the files asked for; return whether all could be, and what the baseline took."""
+    if not (outputs.junit or outputs.json or before is not None):
+        return True, []
     # Loads what draws the reports, which a run without files need not wait for.
     from slewctl.report.export import json_text
 

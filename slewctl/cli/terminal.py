@@ -13,23 +13,18 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import ParamSpec, TextIO, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TextIO, TypeVar
 
 from rich.console import Console as RichConsole
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 from rich.table import Table
 from rich.text import Text
 
 from slewctl.cli import BAD_INPUT
 from slewctl.errors import SlewctlError
 from slewctl.escape import console as escaped
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -143,6 +138,8 @@ def counter(total: int) -> Iterator[Callable[[int], None]]:
     if not ERR.is_terminal:
         yield lambda _: None
         return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
     bar = Progress(
         BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=ERR.rich, transient=True
     )
@@ -201,6 +198,8 @@ def progress(total: int | None, *, every: float = math.inf) -> Iterator[Step]:
     if not ERR.is_terminal:
         yield _Lines(total, every)
         return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
     bar = Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(),
