@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Mapping
 from functools import cache
-from importlib import metadata
+from importlib.metadata import PackageNotFoundError, version
 
 # By the names under which they are installed: another version may come to other digits.
 PROGRAMS = ("slewctl", "numpy", "scipy", "control", "cvxpy-base", "clarabel")
@@ -31,6 +31,6 @@ def difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
 def installed(package: str = "slewctl") -> str:
     """Return the installed version of a package, or "unknown"."""
     try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:  # run from its source
+        return version(package)
+    except PackageNotFoundError:  # run from its source
         return "unknown"

@@ -10,9 +10,9 @@ from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import LazyLoader
 from types import ModuleType
 
-# scipy takes every public name of numpy, and with them two that it never uses: a translator of
-# Fortran and a test suite.  pydantic would read of installed packages if it looked for plugins.
-_LATE = ("numpy.f2py", "numpy.testing", "importlib.metadata")
+# scipy takes every public name of numpy, and with them these two, which it never uses: a
+# translator of Fortran and a test suite.
+_LATE = ("numpy.f2py", "numpy.testing")
 # Objects made, less those that are gone, after which Python looks for cycles among them: while
 # modules are loaded there are none, and from its own 700 on it would look a hundred times.
 _OBJECTS = 20_000

@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, ParamSpec, TextIO, TypeVar
 
 from rich.console import Console as RichConsole
@@ -35,14 +36,15 @@ NOBODY_READS = 141
 PATIENCE = 10.0
 # Columns of a table that no screen breaks into lines.
 _ENDLESS = 1_000_000
+# Names and paths are printed as they are: brackets and colons in them are no markup, no emoji.
+_Plain = partial(RichConsole, highlight=False, markup=False, emoji=False)
 
 
 class Console:
     """One of the two streams."""
 
     def __init__(self, *, stderr: bool = False) -> None:
-        # Names and paths are printed as they are: brackets in them are no markup.
-        self.rich = RichConsole(stderr=stderr, highlight=False, markup=False)
+        self.rich = _Plain(stderr=stderr)
         self.is_error = stderr
 
     @property
@@ -68,7 +70,7 @@ class Console:
         """Print a table; in a pipe as wide as it needs to be."""
         rich = self.rich
         if not self.is_terminal:
-            rich = RichConsole(file=io.StringIO(), width=_ENDLESS, highlight=False, markup=False)
+            rich = _Plain(file=io.StringIO(), width=_ENDLESS)
         with rich.capture() as captured:
             rich.print(_harmless(table))
         self._write(captured.get())
