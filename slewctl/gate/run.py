@@ -5,11 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slewctl import compare, gate
 from slewctl.check import NOMINAL, DesignResult, Finding, Verdict, judge, measure
-from slewctl.check.baseline import Baseline
 from slewctl.check.measured import MEASURED
 from slewctl.compare import (
     QUANTITIES,
@@ -23,6 +22,9 @@ from slewctl.errors import SlewctlError, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.files.uncertainty import WORST
 from slewctl.gate.fingerprint import digest, fingerprint
+
+if TYPE_CHECKING:
+    from slewctl.check.baseline import Baseline
 
 
 def check_designs(
