@@ -55,7 +55,7 @@ class DesignResult:
     notes : tuple of str
         What a person should know beside the verdicts.
     fingerprint : str
-        Of the file's text and the programs that judged it.
+        Of the file's text and the programs that judged it; empty where nobody asked for it.
     digest : str
         Of the file's text alone, by which a renamed file is known again.
     error : str

@@ -57,6 +57,9 @@ def _run() -> int:
     # report would depend on their number.  Read when numpy and scipy are loaded, which is later.
     os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
+    from slewctl.cli.startup import begin_sooner
+
+    begin_sooner()
     import click
 
     from slewctl.cli.commands import cli

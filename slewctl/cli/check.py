@@ -6,20 +6,11 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from slewctl import check as outcome
 from slewctl import embedded
-from slewctl.check import (
-    Baseline,
-    DesignResult,
-    accept,
-    baseline_record,
-    compare_with,
-    exit_status,
-    missing,
-    read_baseline,
-    to_record,
-)
+from slewctl.check import DesignResult, exit_status
 from slewctl.check.result import BAD_INPUT
 from slewctl.cli.terminal import ERR, OUT, next_step, progress, show
 from slewctl.cli.verdicts import summary, verdict_table
@@ -27,6 +18,9 @@ from slewctl.errors import InputError, SlewctlError, check_nonnegative
 from slewctl.files import find_designs
 from slewctl.gate import check_designs
 from slewctl.versions import installed
+
+if TYPE_CHECKING:
+    from slewctl.check import Baseline
 
 
 @dataclass(frozen=True)
@@ -58,7 +52,7 @@ class Outputs:
         if self.baseline is None:
             return None
         try:
-            return read_baseline(self.baseline, may_be_missing=may_be_missing)
+            return outcome.read_baseline(self.baseline, may_be_missing=may_be_missing)
         except SlewctlError as error:
             raise error.within("--baseline", " ") from error
 
@@ -90,10 +84,11 @@ def check(
             changed_only=changed_only,
             working=step.within,
             compiled=compiled,
+            marked=outputs.baseline is not None,
         )
     if before is not None and not update_baseline:
-        gone = missing(before, results)
-        results = (*(compare_with(before, result, tolerance) for result in results), *gone)
+        gone = outcome.missing(before, results)
+        results = (*(outcome.compare_with(before, result, tolerance) for result in results), *gone)
     # Files first: whoever reads the table may stop reading.
     written, notes = _write(outputs, results, before if update_baseline else None)
     _print(results, every=every, quiet=quiet, github=github)
@@ -129,6 +124,8 @@ def _write(
     outputs: Outputs, results: Sequence[DesignResult], before: Baseline | None
 ) -> tuple[bool, list[str]]:
     """Write the files asked for; return whether all could be, and what the baseline took."""
+    if not (outputs.junit or outputs.json or before is not None):
+        return True, []
     # Loads what draws the reports, which a run without files need not wait for.
     from slewctl.report.export import json_text
 
@@ -136,11 +133,12 @@ def _write(
     if outputs.junit:
         written &= _written("--junit", outputs.junit, outcome.to_junit(results))
     if outputs.json:
-        written &= _written("--json", outputs.json, json_text(to_record(results, installed())))
+        record = outcome.to_record(results, installed())
+        written &= _written("--json", outputs.json, json_text(record))
     if before is None:
         return written, []
-    after, notes = accept(before, results)
-    if not _written("--baseline", after.path, json_text(baseline_record(after))):
+    after, notes = outcome.accept(before, results)
+    if not _written("--baseline", after.path, json_text(outcome.baseline_record(after))):
         return False, []
     return written, [*notes, f"{len(after.designs)} accepted, written to {after.path}"]
 

@@ -13,23 +13,19 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import ParamSpec, TextIO, TypeVar
+from functools import partial
+from typing import TYPE_CHECKING, ParamSpec, TextIO, TypeVar
 
 from rich.console import Console as RichConsole
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 from rich.table import Table
 from rich.text import Text
 
 from slewctl.cli import BAD_INPUT
 from slewctl.errors import SlewctlError
 from slewctl.escape import console as escaped
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -40,14 +36,15 @@ NOBODY_READS = 141
 PATIENCE = 10.0
 # Columns of a table that no screen breaks into lines.
 _ENDLESS = 1_000_000
+# Names and paths are printed as they are: brackets and colons in them are no markup, no emoji.
+_Plain = partial(RichConsole, highlight=False, markup=False, emoji=False)
 
 
 class Console:
     """One of the two streams."""
 
     def __init__(self, *, stderr: bool = False) -> None:
-        # Names and paths are printed as they are: brackets in them are no markup.
-        self.rich = RichConsole(stderr=stderr, highlight=False, markup=False)
+        self.rich = _Plain(stderr=stderr)
         self.is_error = stderr
 
     @property
@@ -73,7 +70,7 @@ class Console:
         """Print a table; in a pipe as wide as it needs to be."""
         rich = self.rich
         if not self.is_terminal:
-            rich = RichConsole(file=io.StringIO(), width=_ENDLESS, highlight=False, markup=False)
+            rich = _Plain(file=io.StringIO(), width=_ENDLESS)
         with rich.capture() as captured:
             rich.print(_harmless(table))
         self._write(captured.get())
@@ -143,6 +140,8 @@ def counter(total: int) -> Iterator[Callable[[int], None]]:
     if not ERR.is_terminal:
         yield lambda _: None
         return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
     bar = Progress(
         BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=ERR.rich, transient=True
     )
@@ -201,6 +200,8 @@ def progress(total: int | None, *, every: float = math.inf) -> Iterator[Step]:
     if not ERR.is_terminal:
         yield _Lines(total, every)
         return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
     bar = Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(),

@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slewctl import plant as plants
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.basis import MODAL, NAMES, create
@@ -20,20 +22,19 @@ from slewctl.design import METHODS, Controller
 from slewctl.errors import InputError, check_choice, check_count
 from slewctl.model import Model, Truth, assemble
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.plant import (
-    GeneralisedPlant,
-    Objective,
-    Reduced,
-    balanced_truncation,
-    generalised_plant,
-    modal_truncation,
-)
+from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
 
+if TYPE_CHECKING:
+    from slewctl.plant import Reduced
+
+# A reduction is loaded where one is made.
 REDUCTIONS: dict[str, Callable[[GeneralisedPlant, int], Reduced]] = {
-    "balanced-truncation": lambda plant, n: balanced_truncation(plant, 2 * n + 2),
-    "balanced-control-path": lambda plant, n: balanced_truncation(plant, 2 * n + 2, path="control"),
-    "modal-truncation": lambda plant, n: modal_truncation(plant, n, False),
-    "modal-truncation-static": lambda plant, n: modal_truncation(plant, n, True),
+    "balanced-truncation": lambda plant, n: plants.balanced_truncation(plant, 2 * n + 2),
+    "balanced-control-path": lambda plant, n: plants.balanced_truncation(
+        plant, 2 * n + 2, path="control"
+    ),
+    "modal-truncation": lambda plant, n: plants.modal_truncation(plant, n, False),
+    "modal-truncation-static": lambda plant, n: plants.modal_truncation(plant, n, True),
 }
 """Reductions of the truth to n flexible modes, or 2n flexible states, by name."""
 

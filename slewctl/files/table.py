@@ -34,4 +34,5 @@ def told(unit: str, meaning: str, example: object) -> Any:
 class Table(BaseModel):
     """A TOML table that refuses unknown keys and converts nothing."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    # What is within another table is built with that one, and not by itself too.
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slewctl import compare, gate
 from slewctl.check import NOMINAL, DesignResult, Finding, Verdict, judge, measure
-from slewctl.check.baseline import Baseline
 from slewctl.check.measured import MEASURED
 from slewctl.compare import (
     QUANTITIES,
@@ -24,6 +23,9 @@ from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.files.uncertainty import WORST
 from slewctl.gate.fingerprint import digest, fingerprint
 
+if TYPE_CHECKING:
+    from slewctl.check.baseline import Baseline
+
 
 def check_designs(
     paths: Iterable[Path],
@@ -33,6 +35,7 @@ def check_designs(
     changed_only: bool = False,
     working: Callable[[str], None] | None = None,
     compiled: bool = False,
+    marked: bool = True,
 ) -> tuple[DesignResult, ...]:
     """Return the result of every design in files and folders.
 
@@ -51,6 +54,8 @@ def check_designs(
         Called with a short text while a design is judged on many arms.
     compiled : bool
         Whether the code is judged that runs the controller, by what was read out of it.
+    marked : bool
+        Whether results carry a fingerprint, which a baseline takes.
 
     Returns
     -------
@@ -76,7 +81,13 @@ def check_designs(
             progress(str(path))
         results.append(
             check_file(
-                path, name, baseline, changed_only=changed_only, working=working, compiled=compiled
+                path,
+                name,
+                baseline,
+                changed_only=changed_only,
+                working=working,
+                compiled=compiled,
+                marked=marked,
             )
         )
     return tuple(results)
@@ -90,6 +101,7 @@ def check_file(
     changed_only: bool = False,
     working: Callable[[str], None] | None = None,
     compiled: bool = False,
+    marked: bool = True,
 ) -> DesignResult:
     """Return the result of one design file; a broken one says why.
 
@@ -98,7 +110,7 @@ def check_file(
     path : Path
     name : str
         By default the file's stem.
-    baseline, changed_only, working, compiled
+    baseline, changed_only, working, compiled, marked
         As for `check_designs`.
 
     Returns
@@ -119,12 +131,13 @@ def check_file(
     except SlewctlError as error:
         return DesignResult(name, path, **_refused(error, path))
     if baseline is None:
-        return examine(design, working=working, compiled=compiled)
+        return examine(design, working=working, compiled=compiled, marked=marked)
     skipped = skip_unchanged(design, baseline) if changed_only else None
     if skipped is not None:
         return skipped
     accepted = baseline.accepted(path, digest(design.text))
-    return examine(design, accepted.arms if accepted else {}, working=working, compiled=compiled)
+    known = accepted.arms if accepted else {}
+    return examine(design, known, working=working, compiled=compiled, marked=marked)
 
 
 def skip_unchanged(design: DesignFile, baseline: Baseline) -> DesignResult | None:
@@ -166,6 +179,7 @@ def examine(
     *,
     working: Callable[[str], None] | None = None,
     compiled: bool = False,
+    marked: bool = True,
 ) -> DesignResult:
     """Return the verdicts on a design: its arm, each variation, the worst of its box, and a rig.
 
@@ -176,7 +190,7 @@ def examine(
     design : DesignFile
     known : mapping of str to mapping, optional
         By arm, quantities that are measured though nothing requires them.
-    working, compiled
+    working, compiled, marked
         As for `check_designs`.
 
     Returns
@@ -219,7 +233,7 @@ def examine(
         tuple(findings),
         recorded,
         tuple(notes),
-        fingerprint=fingerprint(design.text),
+        fingerprint=fingerprint(design.text) if marked else "",
         digest=digest(design.text),
         **refused,
         seconds=time.perf_counter() - start,

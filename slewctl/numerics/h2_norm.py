@@ -10,6 +10,7 @@ from slewctl._types import Array
 from slewctl.numerics.balance import balance_realisation, balance_system
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import solve_discrete_lyapunov, solve_lyapunov
+from slewctl.numerics.modes import eigensystem
 
 
 @dataclass(frozen=True)
@@ -86,11 +87,11 @@ def cost_of_loop(A: Array, B: Array, C: Array) -> H2Cost:
 
 def _modal_cost(A: Array, B: Array, C: Array) -> H2Cost | None:
     """Return the cost with what it misses, and rounding, as its discrepancy."""
-    scale = balance_realisation(A, B, C)
+    found, scale = eigensystem(A), balance_realisation(A, B, C)
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
-    poles, V = np.linalg.eig(A)
+    poles, V = found.poles, found.columns / scale[:, None]
     try:
-        inverse = np.linalg.inv(V)
+        inverse = np.linalg.inv(V)  # of poles that nearly meet better than left eigenvectors
     except np.linalg.LinAlgError:
         return None
     b, c, sums = inverse @ B, C @ V, poles[:, None] + poles.conj()

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import LinAlgError, eig
@@ -113,6 +114,24 @@ class Eigensystem:
         """
         reached, seen = self.rows[which] @ B, C @ self.columns[:, which]
         return np.asarray(seen.T[:, :, None] * reached[:, None, :])
+
+
+def eigensystem(A: Array) -> Eigensystem:
+    """Return the eigensystem of a real matrix; of the one last asked about, the same again.
+
+    Stability and the cost of a loop are told from the same one.
+
+    Parameters
+    ----------
+    A : ndarray, shape (n, n)
+    """
+    A = np.ascontiguousarray(A, dtype=float)
+    return _eigensystem(A.tobytes(), len(A))
+
+
+@lru_cache(maxsize=1)
+def _eigensystem(entries: bytes, n: int) -> Eigensystem:
+    return Eigensystem.of(np.frombuffer(entries).reshape(n, n))
 
 
 def at_origin(poles: ComplexArray, size: float) -> BoolArray:

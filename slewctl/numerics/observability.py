@@ -8,7 +8,7 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.numerics.balance import balance
-from slewctl.numerics.modes import Eigensystem
+from slewctl.numerics.modes import eigensystem
 
 # What a mode must add to the rank of its test matrix, whose rows and columns are of size one.
 _SEEN = 1e-11
@@ -31,7 +31,7 @@ def pole_rounding(A: Array) -> tuple[ComplexArray, Array]:
 
 @lru_cache(maxsize=8)
 def _rounded(entries: bytes, n: int) -> tuple[ComplexArray, Array]:
-    found = Eigensystem.of(np.frombuffer(entries).reshape(n, n))
+    found = eigensystem(np.frombuffer(entries).reshape(n, n))
     # A double pole moves by the root of what rounds it.
     size = np.abs(found.left).T * (np.abs(found.balanced) @ np.abs(found.right))
     moved = np.sum(size, axis=0) / np.abs(found.meeting)

@@ -1,7 +1,8 @@
 """What it costs to begin: CPU seconds of imports and commands, over those of their peers.
 
 Run as ``python tests/benchmarks/startup.py [OTHER_CHECKOUT]``; each is run five times in turn
-and the least is told.  Another checkout, such as an older version, stands beside.
+and the least is told.  Another checkout, such as an older version, stands beside.  Both are
+compiled once, as installed packages are, whatever Python is told to leave behind elsewhere.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import os
 import resource
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -33,14 +35,23 @@ OURS = {
 ROUNDS = 5
 
 
-def seconds(arguments: list[str], checkout: Path) -> float:
+def environment(checkout: Path, compiled: str) -> dict[str, str]:
+    """Of a run: one thread, the package of a checkout, and where its compiled modules are."""
+    own = {
+        "PYTHONPATH": str(checkout),
+        "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONPYCACHEPREFIX": compiled,
+    }
+    return {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"} | own
+
+
+def seconds(arguments: list[str], checkout: Path, compiled: str) -> float:
     """CPU seconds of one run."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    environment = os.environ | {"PYTHONPATH": str(checkout), "OPENBLAS_NUM_THREADS": "1"}
     subprocess.run(
         [sys.executable, *arguments],
         cwd=checkout,
-        env=environment,
+        env=environment(checkout, compiled),
         capture_output=True,
         check=False,
     )
@@ -50,15 +61,21 @@ def seconds(arguments: list[str], checkout: Path) -> float:
 
 def main(other: Path | None) -> None:
     """Print the table."""
-    peers = {n: min(seconds(a, ROOT) for _ in range(ROUNDS)) for n, a in PEERS.items()}
+    with tempfile.TemporaryDirectory() as compiled:
+        measure(other, compiled)
+
+
+def measure(other: Path | None, compiled: str) -> None:
+    """Print the table, with compiled modules in a folder."""
+    peers = {n: min(seconds(a, ROOT, compiled) for _ in range(ROUNDS)) for n, a in PEERS.items()}
     for name, value in peers.items():
         print(f"{name:<18}{value:6.2f} s")
     for name, arguments in OURS.items():
         own, old = [], []
         for _ in range(ROUNDS):
-            own.append(seconds(arguments, ROOT))
+            own.append(seconds(arguments, ROOT, compiled))
             if other is not None:
-                old.append(seconds(arguments, other))
+                old.append(seconds(arguments, other, compiled))
         ratios = "  ".join(f"{min(own) / value:.2f} x {peer}" for peer, value in peers.items())
         beside = f"  {min(own) / min(old):.2f} x {other}" if old else ""
         print(f"{name:<18}{min(own):6.2f} s  {ratios}{beside}")

@@ -335,6 +335,11 @@ def scheduler(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
         yield process, json.loads(file.read_text())["address"]
 
 
+def alone(address: str) -> tuple[str, ...]:
+    """Return the arguments of a worker that no second process watches over."""
+    return address, "--nthreads", "1", "--no-nanny"
+
+
 def started(address: str) -> None:
     """Wait for a worker."""
     with distributed.Client(address, set_as_default=False) as client:
@@ -358,7 +363,7 @@ def test_clusters_that_cannot_do_the_work_are_refused(
         "Metadata-Version: 2.1\nName: scipy\nVersion: 1.0.0\n"
     )
     for folder, told in (("bad", "cannot import slewctl"), ("old", "has scipy 1.0.0 (here ")):
-        with dask("worker", address, "--nthreads", "1", path=[tmp_path / folder]) as worker:
+        with dask("worker", *alone(address), path=[tmp_path / folder]) as worker:
             started(address)
             done = slewctl(*command)
             assert worker.poll() is None
@@ -376,7 +381,7 @@ def test_a_scheduler_that_dies_is_told_and_costs_nothing_finished(
     process, address = scheduler
     out, whole = tmp_path / "out", tmp_path / "whole"
     held = {RESULTS: str(out / "results.jsonl"), LINES: "4"}
-    with dask("worker", address, "--nthreads", "1", path=[Path(__file__).parent], **held):
+    with dask("worker", *alone(address), path=[Path(__file__).parent], **held):
         running = Running(study, out, "--dask", address, lines=4)
         running.wait()
         process.kill()

@@ -177,6 +177,8 @@ def test_unchanged_designs_are_skipped_and_only_those(
     empty = Baseline(tmp_path / "b.json", {})
     first = check_file(path, baseline=empty, changed_only=True)
     assert first.status == "passed"
+    (unmarked,) = check_designs([path], marked=False)
+    assert unmarked == replace(first, fingerprint="", seconds=unmarked.seconds)
     baseline, _ = accept(empty, [first])
     again = check_file(path, baseline=baseline, changed_only=True)
     assert (again.status, again.findings) == ("unchanged", ())

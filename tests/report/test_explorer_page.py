@@ -84,7 +84,7 @@ class Page:
         end = time.monotonic() + 90
         while not holds():
             assert time.monotonic() < end, self.run(STATE)
-            time.sleep(0.05)
+            time.sleep(0.2)  # to look costs as much as what is waited for
 
     def confirmed(self) -> None:
         self.until(lambda: self.run(CONFIRMED))
