@@ -6,7 +6,7 @@ that the page's script reads from it what it tells and draws it again, enlarged.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -15,6 +15,7 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.escape import quoted
 from slewctl.report.scale import Axis
+from slewctl.report.thinning import thinned
 
 # Units across every plot, which are pixels where it is shown as wide as that.
 WIDTH = 480.0
@@ -128,7 +129,7 @@ class Panel:
         )
         told = f' data-link="{self.link}" data-role="{self.role}"' if self.link or self.role else ""
         marked = " data-x-marked" if self.x_marked else ""
-        lines = "".join(self._path(item) for item in self.items if item.kind != "word")
+        lines = "".join(self._paths())
         words = "".join(self._word(item) for item in self.items if item.kind == "word")
         return (
             f'<g class="panel" data-box="{box}"{axes}{told}{marked}><g class="marks">'
@@ -143,20 +144,27 @@ class Panel:
         across, up = self.x.at(x) * self.width, (1 - self.y.at(y)) * self.height
         return np.column_stack([across, up]) * FINE
 
-    def _path(self, item: Item) -> str:
-        """Return the path of a line, or of dots or crosses."""
+    def _paths(self) -> Iterator[str]:
+        """Yield the paths of lines, dots and crosses in the order in which they were drawn."""
+        items = [item for item in self.items if item.kind != "word"]
+        runs = [self._runs(item) for item in items]
+        simple = [run for item, own in zip(items, runs, strict=True) if item.simple for run in own]
+        fewer = iter(thinned(simple, FINE * _SIMPLE))
+        for item, own in zip(items, runs, strict=True):
+            if item.kind == "curve":
+                path = "".join(_line(next(fewer) if item.simple else run) for run in own)
+                yield f'<path class="c {item.look}" d="{path}"/>' if path else ""
+            else:
+                name, glyph = _GLYPHS[item.kind]
+                path = "".join(f"{_line(p[None])}{glyph}" for run in own for p in run)
+                yield f'<path class="{name} {item.look}" d="{path}"/>' if path else ""
+
+    def _runs(self, item: Item) -> list[Array]:
+        """Return the points of a line between its gaps."""
         points = self._points(item.x, item.y)
         known = np.isfinite(points).all(axis=1)
-        if item.kind != "curve":
-            name, glyph = _GLYPHS[item.kind]
-            path = "".join(f"{_line(p[None])}{glyph}" for p in points[known])
-            return f'<path class="{name} {item.look}" d="{path}"/>' if path else ""
         ends = np.flatnonzero(np.diff(np.r_[False, known, False]))
-        runs = [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True)]
-        if item.simple:
-            runs = [run[fewer(run, FINE * _SIMPLE)] for run in runs]
-        path = "".join(map(_line, runs))
-        return f'<path class="c {item.look}" d="{path}"/>' if path else ""
+        return [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True)]
 
     def _word(self, item: Item) -> str:
         ((u, v),) = self._points(item.x, item.y) / FINE
@@ -218,34 +226,6 @@ def stacked(
         panels.append(Panel(x, y, top, height, link, role, k == len(listed) - 1))
         top += height + 12
     return panels
-
-
-def fewer(points: Array, allowed: float) -> Array:
-    """Return which points of a line to keep so that it moves by no more than is allowed.
-
-    The way of Ramer, Douglas and Peucker: a piece whose points are all close to its chord is
-    that chord, another is cut at the point farthest from it.
-    """
-    keep = np.zeros(len(points), dtype=bool)
-    keep[[0, -1]] = True
-    pieces = [(0, len(points) - 1)]
-    while pieces:
-        a, b = pieces.pop()
-        if b - a < 2:
-            continue
-        between = points[a + 1 : b] - points[a]
-        chord = points[b] - points[a]
-        length = float(np.hypot(*chord))
-        if length > 0:
-            along = np.clip(between @ chord / length**2, 0.0, 1.0)
-            between = between - along[:, None] * chord
-        far = np.hypot(between[:, 0], between[:, 1])
-        worst = int(far.argmax())
-        if far[worst] > allowed:
-            middle = a + 1 + worst
-            keep[middle] = True
-            pieces += [(a, middle), (middle, b)]
-    return keep
 
 
 def refined(omega: Array, values: ComplexArray, parts: int = 4) -> tuple[Array, ComplexArray]:
