@@ -89,10 +89,12 @@ def _ladder(result: CaseResult) -> Plot:
         top = 2 * max(100 * most, 0.1)
         ys.append((Axis("lost (%)", 50 * _LEAST_LOSS, top, "log"), 180.0, "lost"))
     panels = stacked(x, ys, "modes")
-    for k, ladder in enumerate(result.ladders):
+    places = {curve.origin: k for k, curve in enumerate(result.curves)}
+    for row, ladder in enumerate(result.ladders):
+        k = places[ladder.origin]
         place = np.array([rung.modes for rung in ladder.rungs], dtype=float)
         for panel, rows, scale in zip(panels, (margins, losses), (1, 100), strict=False):
-            values = scale * np.array(rows[k])
+            values = scale * np.array(rows[row])
             panel.curve(place, values, f"o{k}")
             panel.dots(place, values, f"o{k}")
         lost = place[[not rung.stable for rung in ladder.rungs]]

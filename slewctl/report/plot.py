@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -45,6 +46,8 @@ class Item:
     dy : float
         How far below the point a word stands, in units.
     simple : bool
+    of : object
+        What it is the line of, if it can be known again by that.
     """
 
     kind: Literal["curve", "dots", "crosses", "word"]
@@ -54,6 +57,12 @@ class Item:
     text: str = ""
     dy: float = 0.0
     simple: bool = False
+    of: object = None
+
+
+# Paths of lines by what they are lines of, and then by axes and place: a page that is drawn again
+# and again has lines that stay.
+_DRAWN: WeakKeyDictionary[object, dict[tuple[object, ...], str]] = WeakKeyDictionary()
 
 
 @dataclass
@@ -86,7 +95,9 @@ class Panel:
     width: float = WIDTH - _LEFT - _RIGHT
     items: list[Item] = field(default_factory=list)
 
-    def curve(self, x: Array, y: Array, look: str, *, simple: bool = False) -> None:
+    def curve(
+        self, x: Array, y: Array, look: str, *, simple: bool = False, of: object = None
+    ) -> None:
         """Draw a line; a value that is not finite is a gap in it.
 
         Parameters
@@ -96,8 +107,11 @@ class Panel:
             Classes.
         simple : bool
             Whether points that make no difference to the eye are left out of the page.
+        of : object, optional
+            What it is the line of.  In panels with the same role and axes the first line of
+            one is always the same, and so is the second: they are written once.
         """
-        self.items.append(Item("curve", x, y, look, simple=simple))
+        self.items.append(Item("curve", x, y, look, simple=simple, of=of))
 
     def dots(self, x: Array, y: Array, look: str) -> None:
         """Draw a dot at every point."""
@@ -147,17 +161,32 @@ class Panel:
     def _paths(self) -> Iterator[str]:
         """Yield the paths of lines, dots and crosses in the order in which they were drawn."""
         items = [item for item in self.items if item.kind != "word"]
-        runs = [self._runs(item) for item in items]
-        simple = [run for item, own in zip(items, runs, strict=True) if item.simple for run in own]
+        written = [self._written(item, items[:k]) for k, item in enumerate(items)]
+        new = [item for item, (known, key) in zip(items, written, strict=True) if key not in known]
+        runs = [self._runs(item) for item in new]
+        simple = [run for item, own in zip(new, runs, strict=True) if item.simple for run in own]
         fewer = iter(thinned(simple, FINE * _SIMPLE))
-        for item, own in zip(items, runs, strict=True):
+        drawn = iter(runs)
+        for item, (known, key) in zip(items, written, strict=True):
             if item.kind == "curve":
-                path = "".join(_line(next(fewer) if item.simple else run) for run in own)
-                yield f'<path class="c {item.look}" d="{path}"/>' if path else ""
+                if key not in known:
+                    own = ((next(fewer) if item.simple else run) for run in next(drawn))
+                    known[key] = "".join(map(_line, own))
+                name, path = "c", known[key]
             else:
                 name, glyph = _GLYPHS[item.kind]
-                path = "".join(f"{_line(p[None])}{glyph}" for run in own for p in run)
-                yield f'<path class="{name} {item.look}" d="{path}"/>' if path else ""
+                path = "".join(f"{_line(p[None])}{glyph}" for run in next(drawn) for p in run)
+            yield f'<path class="{name} {item.look}" d="{path}"/>' if path else ""
+
+    def _written(
+        self, item: Item, before: Sequence[Item]
+    ) -> tuple[dict[tuple[object, ...], str], tuple[object, ...]]:
+        """Return the paths of what an item is a line of, and by what its own is known there."""
+        if item.of is None:
+            return {}, ()
+        place = sum(other.of is item.of for other in before)
+        key = (self.role, self.x, self.y, self.width, self.height, place)
+        return _DRAWN.setdefault(item.of, {}), key
 
     def _runs(self, item: Item) -> list[Array]:
         """Return the points of a line between its gaps."""
