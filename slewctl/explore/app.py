@@ -35,6 +35,8 @@ _TALKATIVE = ("bokeh.server.views.ws", "tornado.access")
 _LONGEST = 100
 # In ms: as many moves of a slider as come within it are one.
 _PAUSE = 20
+# In ms: results that come later than this say that they are awaited, as those of a solver.
+_PATIENCE = 300
 # In pixels: the column of controls, and what is in it.
 _WIDTH, _INNER = 320, 290
 # The controls follow the screen as the results do; their library has but one theme at a time.
@@ -60,25 +62,37 @@ class Results(JSComponent):
 
     page = param.String(doc="The empty page.")
     body = param.String(doc="What stands in it now.")
+    busy = param.Boolean(doc="Whether other settings are being looked at.")
 
-    _esm = """
+    _esm = (
+        f"const PATIENCE = {_PATIENCE};"
+        + """
 export function render({ model }) {
   const frame = document.createElement("iframe");
   Object.assign(frame, { title: "Results", srcdoc: model.page });
   frame.style = "border: 0; width: 100%; height: 100%; min-height: 40rem";
-  let kept;
+  let kept, late;
+  const main = () => frame.contentDocument?.querySelector("main");
+  // What stands there is of other settings: it is told where that lasts.
+  const wait = () => {
+    clearTimeout(late);
+    if (model.busy) late = setTimeout(() => main()?.setAttribute("aria-busy", "true"), PATIENCE);
+    else main()?.removeAttribute("aria-busy");
+  };
   const put = () => {
-    const shown = frame.contentDocument, main = shown.querySelector("main");
-    kept = shown.querySelector("[data-names]")?.kept?.() ?? kept;
-    main.innerHTML = model.body;
+    const now = frame.contentDocument.querySelector("[data-names]")?.kept?.();
+    if (now) kept = { off: now.off, zooms: { ...kept?.zooms, ...now.zooms } };
+    main().innerHTML = model.body;
     const { CustomEvent } = frame.contentWindow;
     frame.contentWindow.dispatchEvent(new CustomEvent("plots", { detail: kept }));
   };
   frame.addEventListener("load", put);
   model.on("body", put);
+  model.on("busy", wait);
   return frame;
 }
 """
+    )
 
 
 def serve(path: Path, *, port: int = 0, show: bool = True, ready: Callable[[str], None]) -> None:
@@ -200,6 +214,8 @@ class Session:
         self.found: Explored | None = None
         self.saved: dict[Path, bytes] = {}
         self.waiting: Future[str] | None = None
+        # What is on the page without its ladder.
+        self.climbing: tuple[Explored, str] | None = None
         self.scheduled = False
         self.document: Any = None
 
@@ -238,23 +254,35 @@ class Session:
     def _turned(self, _: object) -> None:
         """Look again soon: what comes meanwhile is looked at together."""
         if not self.scheduled:
-            self.scheduled = True
+            self.scheduled = self.results.busy = True
             self.document.add_timeout_callback(self._show, _PAUSE)
 
     def _show(self) -> None:
-        self.scheduled = False
+        self.scheduled, self.climbing = False, None
         if DELAY in self.widgets:
             self.widgets[DELAY].disabled = not self.widgets[SAMPLE_TIME].value
         try:
             shared = self.shared
             self.found = explored(shared.design, self.settings, beside=shared.beside, confirm=False)
-            self.results.body = self.found.body()
+            body = self.found.body(ladder=False)
         except SlewctlError as error:
             self.found = None
-            self.results.body = explorer_refusal(str(error))
+            self._put(explorer_refusal(str(error)))
             return
+        self._put(body)
+        self.climbing = self.found, body
+        self.document.add_timeout_callback(self._climb, _PAUSE)
         if self.waiting is None:
             self._confirm(self.found.text)
+
+    def _put(self, body: str) -> None:
+        self.results.param.update(body=body, busy=False)
+
+    def _climb(self) -> None:
+        """Put the ladder on the page, if nothing has been set meanwhile."""
+        if self.climbing is not None and not self.scheduled:
+            found, body = self.climbing
+            self._put(found.with_ladder(body))
 
     def _confirm(self, text: str) -> None:
         """Have what is shown confirmed; what is set meanwhile is confirmed next."""
@@ -269,7 +297,9 @@ class Session:
             return
         if text != self.found.text:
             self._confirm(self.found.text)
-        elif (error := done.exception()) is None:
+            return
+        self.climbing = None
+        if (error := done.exception()) is None:
             self.results.body = done.result()
         else:
             killed = isinstance(error, BrokenExecutor)

@@ -66,7 +66,6 @@ def seen_disk_margin(loop: Seen) -> float:
             break
         omega = np.linspace(omega[dips - 1], omega[dips + 1], _PARTS + 1, axis=1)
         alpha = _alpha(loop.response(omega.ravel()).reshape(omega.shape))
-        # The ends were seen before, and are not taken for dips of two neighbours together.
         omega, alpha = omega.ravel(), alpha.ravel()
         least = min(least, float(alpha.min()))
     return least
@@ -83,6 +82,8 @@ def _frequencies(loop: Seen) -> Array:
     """Return frequencies in rad/s, increasing and dense at every closed-loop pole."""
     poles, last = loop.poles, loop.nyquist_rad_s
     size = np.abs(poles)[np.abs(poles) > 0]
+    if not len(size):  # any frequency shows what a loop without poles is
+        size = np.array([min(1.0, last)])
     fast = min(10 * float(size.max()), last)
     grid = np.geomspace(min(float(size.min()), fast) / 10, fast, _POINTS)
     ringing = poles[poles.imag > 0]

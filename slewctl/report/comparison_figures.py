@@ -43,9 +43,29 @@ def looks(result: CaseResult) -> list[dict[str, Any]]:
 def figures(result: CaseResult) -> Iterator[tuple[str, Plot, str]]:
     """Yield each figure's kind, the figure and its caption; none of what there is nothing of."""
     there = {"shapes": bool(result.shapes), "slew": result.slewed, "ladder": bool(result.ladders)}
-    for kind, (draw, caption) in _FIGURES.items():
+    for kind, (draw, told) in _FIGURES.items():
         if there.get(kind, True):
-            yield kind, draw(result), caption
+            yield kind, draw(result), told
+
+
+def caption(kind: str) -> str:
+    """Return a figure's caption, which is there before the figure is."""
+    return _FIGURES[kind][1]
+
+
+def ladder_figure(result: CaseResult) -> Plot:
+    """Return the figure of a result's ladders.
+
+    Parameters
+    ----------
+    result : CaseResult
+        With a ladder.
+
+    Returns
+    -------
+    Plot
+    """
+    return _ladder(result)
 
 
 def _poles(result: CaseResult) -> Plot:
