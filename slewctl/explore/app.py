@@ -14,14 +14,13 @@ from pathlib import Path
 from typing import Any, Self
 
 import panel as pn
-import param
-from panel.custom import JSComponent
 
 from slewctl.compare import CaseResult, Judge
 from slewctl.compare.study.processes import Processes
 from slewctl.errors import InputError, SlewctlError
 from slewctl.explore.changed_file import changed_text
 from slewctl.explore.knobs import DELAY, SAMPLE_TIME, Knob, Value, knobs_of
+from slewctl.explore.page import PAGE, Results
 from slewctl.explore.result import Explored, before, explored
 from slewctl.files import DesignFile, design_of_text, read_design
 from slewctl.report.explorer import explorer_page, explorer_refusal
@@ -35,64 +34,8 @@ _TALKATIVE = ("bokeh.server.views.ws", "tornado.access")
 _LONGEST = 100
 # In ms: as many moves of a slider as come within it are one.
 _PAUSE = 20
-# In ms: results that come later than this say that they are awaited, as those of a solver.
-_PATIENCE = 300
 # In pixels: the column of controls, and what is in it.
 _WIDTH, _INNER = 320, 290
-# The controls follow the screen as the results do; their library has but one theme at a time.
-_PAGE = """
-{% extends base %}
-{% block preamble %}
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<style>
-body { margin: 0; font: 1rem/1.5 system-ui, sans-serif; }
-@media (prefers-color-scheme: dark) {
-  :root { color-scheme: dark; --design-background-color: #15191d; --design-surface-color: #2b3238;
-    --design-background-text-color: #e6eaee; --design-surface-text-color: #e6eaee; }
-  body { background: #15191d; }
-}
-</style>
-{% endblock %}
-{% block contents %}{{ embed(roots.page) }}{% endblock %}
-"""
-
-
-class Results(JSComponent):
-    """The page of results in a frame of its own, with what the last settings gave."""
-
-    page = param.String(doc="The empty page.")
-    body = param.String(doc="What stands in it now.")
-    busy = param.Boolean(doc="Whether other settings are being looked at.")
-
-    _esm = (
-        f"const PATIENCE = {_PATIENCE};"
-        + """
-export function render({ model }) {
-  const frame = document.createElement("iframe");
-  Object.assign(frame, { title: "Results", srcdoc: model.page });
-  frame.style = "border: 0; width: 100%; height: 100%; min-height: 40rem";
-  let kept, late;
-  const main = () => frame.contentDocument?.querySelector("main");
-  // What stands there is of other settings: it is told where that lasts.
-  const wait = () => {
-    clearTimeout(late);
-    if (model.busy) late = setTimeout(() => main()?.setAttribute("aria-busy", "true"), PATIENCE);
-    else main()?.removeAttribute("aria-busy");
-  };
-  const put = () => {
-    const now = frame.contentDocument.querySelector("[data-names]")?.kept?.();
-    if (now) kept = { off: now.off, zooms: { ...kept?.zooms, ...now.zooms } };
-    main().innerHTML = model.body;
-    const { CustomEvent } = frame.contentWindow;
-    frame.contentWindow.dispatchEvent(new CustomEvent("plots", { detail: kept }));
-  };
-  frame.addEventListener("load", put);
-  model.on("body", put);
-  model.on("busy", wait);
-  return frame;
-}
-"""
-    )
 
 
 def serve(path: Path, *, port: int = 0, show: bool = True, ready: Callable[[str], None]) -> None:
@@ -231,7 +174,7 @@ class Session:
         self._show()
         controls = [*self.widgets.values(), reset, self.name, save, self.told]
         beside = {"flex": "1 1 24rem", "min-width": "min(20rem, 100%)", "height": "97vh"}
-        page = pn.Template(_PAGE)
+        page = pn.Template(PAGE)
         page.add_panel(
             "page",
             pn.FlexBox(
