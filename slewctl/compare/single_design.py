@@ -15,6 +15,7 @@ from slewctl.compare.comparison import (
 )
 from slewctl.compare.evaluation import Judge
 from slewctl.compare.ladder import climb, steps
+from slewctl.compare.seen_ladder import climb_at_once
 
 
 @single_threaded
@@ -27,13 +28,13 @@ def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False)
     beside : CaseResult, optional
         Another glance, such as at the same design before a change, whose curves are shown too.
     whole : bool
-        Whether the ladder is climbed, too.
+        Whether what the ladder tells is proved and confirmed; otherwise it is as it is seen.
 
     Returns
     -------
     CaseResult
-        With the design's curves and shapes; nothing is followed over finer truths, and of the
-        truth neither the optimum nor its drift is told.
+        With the design's curves, shapes and ladder; nothing is followed over finer truths, and
+        of the truth neither the optimum nor its drift is told.
 
     Raises
     ------
@@ -56,7 +57,9 @@ def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False)
     if not (model.given or design is None or design.model is None):
         sources = (("truth", model), (case.basis, design.model))
         shapes = tuple(mode_shapes(*source, case.n) for source in sources)
-    ladders = (climb(steps(judge), case, chosen.origin, chosen.judgement),) if whole else ()
+    ladder = (climb if whole else climb_at_once)(
+        steps(judge), case, chosen.origin, chosen.judgement
+    )
     return CaseResult(
         case,
         truth_summary(model),
@@ -66,7 +69,7 @@ def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False)
         refused=(),
         curves=(*curves, loop_curves(chosen)),
         shapes=shapes,
-        ladders=ladders,
+        ladders=(*(beside.ladders if beside else ()), ladder),
     )
 
 
@@ -88,10 +91,11 @@ def named(result: CaseResult, name: str) -> CaseResult:
     if found.design is None:
         return result
     found = replace(found, design=replace(found.design, source=name))
-    (curves,) = result.curves
+    (curves,), (ladder,) = result.curves, result.ladders
     return replace(
         result,
         chosen=found,
         evaluations=(found,),
         curves=(replace(curves, origin=found.origin),),
+        ladders=(replace(ladder, origin=found.origin),),
     )

@@ -14,14 +14,13 @@ from pathlib import Path
 from typing import Any, Self
 
 import panel as pn
-import param
-from panel.custom import JSComponent
 
 from slewctl.compare import CaseResult, Judge
 from slewctl.compare.study.processes import Processes
 from slewctl.errors import InputError, SlewctlError
 from slewctl.explore.changed_file import changed_text
 from slewctl.explore.knobs import DELAY, SAMPLE_TIME, Knob, Value, knobs_of
+from slewctl.explore.page import PAGE, Results
 from slewctl.explore.result import Explored, before, explored
 from slewctl.files import DesignFile, design_of_text, read_design
 from slewctl.report.explorer import explorer_page, explorer_refusal
@@ -37,48 +36,6 @@ _LONGEST = 100
 _PAUSE = 20
 # In pixels: the column of controls, and what is in it.
 _WIDTH, _INNER = 320, 290
-# The controls follow the screen as the results do; their library has but one theme at a time.
-_PAGE = """
-{% extends base %}
-{% block preamble %}
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<style>
-body { margin: 0; font: 1rem/1.5 system-ui, sans-serif; }
-@media (prefers-color-scheme: dark) {
-  :root { color-scheme: dark; --design-background-color: #15191d; --design-surface-color: #2b3238;
-    --design-background-text-color: #e6eaee; --design-surface-text-color: #e6eaee; }
-  body { background: #15191d; }
-}
-</style>
-{% endblock %}
-{% block contents %}{{ embed(roots.page) }}{% endblock %}
-"""
-
-
-class Results(JSComponent):
-    """The page of results in a frame of its own, with what the last settings gave."""
-
-    page = param.String(doc="The empty page.")
-    body = param.String(doc="What stands in it now.")
-
-    _esm = """
-export function render({ model }) {
-  const frame = document.createElement("iframe");
-  Object.assign(frame, { title: "Results", srcdoc: model.page });
-  frame.style = "border: 0; width: 100%; height: 100%; min-height: 40rem";
-  let kept;
-  const put = () => {
-    const shown = frame.contentDocument, main = shown.querySelector("main");
-    kept = shown.querySelector("[data-names]")?.kept?.() ?? kept;
-    main.innerHTML = model.body;
-    const { CustomEvent } = frame.contentWindow;
-    frame.contentWindow.dispatchEvent(new CustomEvent("plots", { detail: kept }));
-  };
-  frame.addEventListener("load", put);
-  model.on("body", put);
-  return frame;
-}
-"""
 
 
 def serve(path: Path, *, port: int = 0, show: bool = True, ready: Callable[[str], None]) -> None:
@@ -200,6 +157,8 @@ class Session:
         self.found: Explored | None = None
         self.saved: dict[Path, bytes] = {}
         self.waiting: Future[str] | None = None
+        # What is on the page without its ladder.
+        self.climbing: tuple[Explored, str] | None = None
         self.scheduled = False
         self.document: Any = None
 
@@ -215,7 +174,7 @@ class Session:
         self._show()
         controls = [*self.widgets.values(), reset, self.name, save, self.told]
         beside = {"flex": "1 1 24rem", "min-width": "min(20rem, 100%)", "height": "97vh"}
-        page = pn.Template(_PAGE)
+        page = pn.Template(PAGE)
         page.add_panel(
             "page",
             pn.FlexBox(
@@ -238,23 +197,35 @@ class Session:
     def _turned(self, _: object) -> None:
         """Look again soon: what comes meanwhile is looked at together."""
         if not self.scheduled:
-            self.scheduled = True
+            self.scheduled = self.results.busy = True
             self.document.add_timeout_callback(self._show, _PAUSE)
 
     def _show(self) -> None:
-        self.scheduled = False
+        self.scheduled, self.climbing = False, None
         if DELAY in self.widgets:
             self.widgets[DELAY].disabled = not self.widgets[SAMPLE_TIME].value
         try:
             shared = self.shared
             self.found = explored(shared.design, self.settings, beside=shared.beside, confirm=False)
-            self.results.body = self.found.body()
+            body = self.found.body(ladder=False)
         except SlewctlError as error:
             self.found = None
-            self.results.body = explorer_refusal(str(error))
+            self._put(explorer_refusal(str(error)))
             return
+        self._put(body)
+        self.climbing = self.found, body
+        self.document.add_timeout_callback(self._climb, _PAUSE)
         if self.waiting is None:
             self._confirm(self.found.text)
+
+    def _put(self, body: str) -> None:
+        self.results.param.update(body=body, busy=False)
+
+    def _climb(self) -> None:
+        """Put the ladder on the page, if nothing has been set meanwhile."""
+        if self.climbing is not None and not self.scheduled:
+            found, body = self.climbing
+            self._put(found.with_ladder(body))
 
     def _confirm(self, text: str) -> None:
         """Have what is shown confirmed; what is set meanwhile is confirmed next."""
@@ -269,7 +240,9 @@ class Session:
             return
         if text != self.found.text:
             self._confirm(self.found.text)
-        elif (error := done.exception()) is None:
+            return
+        self.climbing = None
+        if (error := done.exception()) is None:
             self.results.body = done.result()
         else:
             killed = isinstance(error, BrokenExecutor)

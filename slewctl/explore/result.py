@@ -16,7 +16,7 @@ from slewctl.explore.changed_file import changed_text
 from slewctl.explore.knobs import Value
 from slewctl.files import DesignFile, design_of_text, read_design
 from slewctl.gate import verdicts
-from slewctl.report.explorer import explorer_body, explorer_page
+from slewctl.report.explorer import explorer_body, explorer_page, with_ladder
 
 # What the design of the file itself is called beside the changed one.
 _BEFORE = "as in the file: "
@@ -54,11 +54,40 @@ class Explored:
         """Whether every requirement holds, as far as it was looked at."""
         return all(finding.verdict.passed for finding in self.findings)
 
-    def body(self, doubt: str = "") -> str:
-        """Return verdicts and figures as a part of a page, with why they are not confirmed."""
+    def body(self, doubt: str = "", *, ladder: bool = True) -> str:
+        """Return verdicts and figures as a part of a page.
+
+        Parameters
+        ----------
+        doubt : str
+            Why they are not confirmed.
+        ladder : bool
+            Whether the ladder is drawn; otherwise its place is held for `with_ladder`.
+
+        Returns
+        -------
+        str
+        """
         told = [told_finding(finding) for finding in self.findings]
         with self.design.source.computing():
-            return explorer_body(self.result, told, confirmed=self.confirmed, doubt=doubt)
+            return explorer_body(
+                self.result, told, confirmed=self.confirmed, doubt=doubt, ladder=ladder
+            )
+
+    @single_threaded
+    def with_ladder(self, body: str) -> str:
+        """Return a `body` without its ladder, with it; what is drawn of it is computed here.
+
+        Parameters
+        ----------
+        body : str
+
+        Returns
+        -------
+        str
+        """
+        with self.design.source.computing():
+            return with_ladder(body, self.result)
 
     def __repr__(self) -> str:
         failed = sum(not finding.verdict.passed for finding in self.findings)
@@ -91,7 +120,7 @@ def explored(
     beside : CaseResult, optional
         Another design that is shown with it, such as that of the file itself: `before`.
     confirm : bool
-        Whether the verdicts are the gate's own, and the ladder is climbed.
+        Whether the verdicts are the gate's own, and what the ladder tells is proved.
 
     Returns
     -------

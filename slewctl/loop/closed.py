@@ -84,6 +84,11 @@ class Loop:
     @cached_property
     def stable(self) -> bool:
         """Whether every closed-loop pole lies left of the axis by more than rounding."""
+        return self.stable_by_poles
+
+    @cached_property
+    def stable_by_poles(self) -> bool:
+        """The same as `poles` tell, which are of an approximation where there is dead time."""
         return bool(self.poles.real.max() < -stability_threshold(np.asarray(self.linear.A)))
 
     @property
@@ -184,13 +189,23 @@ class Loop:
             The cost of an unstable loop is infinite.
         """
         self.require_stable("an H2 cost")
+        return self.h2_by_poles
+
+    @cached_property
+    def h2_by_poles(self) -> H2Cost:
+        """The same where `stable_by_poles` is known to hold, and nothing else is asked."""
         if np.any(np.asarray(self.linear.D)):
             return H2Cost(np.inf, 0.0)  # sensor noise passes straight to the actuator
         return cost_of_loop(*(np.asarray(getattr(self.linear, name)) for name in "ABC"))
 
+    @cached_property
+    def _undelayed_response(self) -> FrequencyResponse:
+        """L without dead time, ready for any number of questions."""
+        return FrequencyResponse(self.opened)
+
     def response(self, omega: Array) -> ComplexArray:
         """Return L at each ω in rad/s: L(jω), or L(e^(jωT)) of a sampled loop."""
-        return FrequencyResponse(self.opened)(omega)
+        return self._undelayed_response(omega)
 
     def plot(self, kind: str = "bode", ax: Any = None) -> Any:
         """Draw the return ratio or the poles.

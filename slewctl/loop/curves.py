@@ -99,8 +99,10 @@ def curve(loop: Seen, points: int = 400, step: float = 0.15) -> Curve:
         coarse = change > step
         if not coarse.any():
             break
-        omega = np.sort(np.concatenate([omega, np.sqrt(omega[1:] * omega[:-1])[coarse]]))
-        values = loop.response(omega)
+        middle = np.sqrt(omega[1:] * omega[:-1])[coarse]
+        places = np.flatnonzero(coarse) + 1
+        omega = np.insert(omega, places, middle)
+        values = np.insert(values, places, loop.response(middle))
     # On a pole or a zero of the axis itself there is nothing to draw, nor between two
     # frequencies that are one but for rounding.
     drawn = np.isfinite(values) & (values != 0)

@@ -88,10 +88,14 @@ class DelayedLoop(Loop):
         self.require_stable("margins")
         return self._certified or self.margins_at(0.0)
 
+    @cached_property
+    def _undelayed_response(self) -> FrequencyResponse:
+        return FrequencyResponse(self.undelayed)
+
     def response(self, omega: Array) -> ComplexArray:
         """Return L at each ω in rad/s, its dead time exact."""
         lag = np.exp(-1j * np.asarray(omega) * self.late)
-        return np.asarray(FrequencyResponse(self.undelayed)(omega) * lag)
+        return np.asarray(self._undelayed_response(omega) * lag)
 
     def describe(self) -> str:
         """Return one line, as `Loop.describe`; where Padé's is not stable, that instead."""

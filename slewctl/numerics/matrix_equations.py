@@ -42,12 +42,17 @@ class RiccatiSolution:
     residual: float
 
 
-def solve_riccati(A: Array, B: Array, Q: Array, R: Array) -> RiccatiSolution:
+def solve_riccati(
+    A: Array, B: Array, Q: Array, R: Array, *, refine: bool = True
+) -> RiccatiSolution:
     """Return the stabilising solution of the continuous-time Riccati equation.
 
     Parameters
     ----------
     A, B, Q, R : ndarray, shapes (n, n), (n, m), (n, n), (m, m)
+    refine : bool
+        Whether to go on until only rounding is left: without, a residual of up to 1e-7 may
+        remain, and nobody has looked whether the solution stabilises.
 
     Raises
     ------
@@ -61,10 +66,11 @@ def solve_riccati(A: Array, B: Array, Q: Array, R: Array) -> RiccatiSolution:
     Bs = solve_triangular(root, (B / scale[:, None]).T, lower=True).T  # B R^(−T/2)
     # Time in units of 1/‖A‖ and X in units that make Q and BBᵀ equally large: the solver's
     # tests for symplecticity are absolute, and would refuse an arm measured in millimetres.
-    rate = _nonzero(As)
-    size = np.sqrt(_nonzero(Qs)) / _nonzero(Bs)
+    largest = 2 if refine else None  # one that takes a tenth of the time does for a first look
+    rate = _nonzero(As, largest)
+    size = np.sqrt(_nonzero(Qs, largest)) / _nonzero(Bs, largest)
     An, Bn, Qn = As / rate, Bs * np.sqrt(size / rate), Qs / (size * rate)
-    X, residual = _solved(An, Bn, Qn)
+    X, residual = _solved(An, Bn, Qn, refine)
     gain = solve_triangular(root.T, Bs.T @ (size * X)) / scale
     return RiccatiSolution(size * X / outer, gain, residual)
 
@@ -88,13 +94,15 @@ _SOLVED = 1e-13
 _MOST_STEPS, _STILL = 6, 1e-8
 
 
-def _solved(A: Array, B: Array, Q: Array) -> tuple[Array, float]:
+def _solved(A: Array, B: Array, Q: Array, refine: bool = True) -> tuple[Array, float]:
     """Return the stabilising solution with R = I and its relative residual.
 
     From the Schur form of the Hamiltonian (Laub, IEEE Trans. Automatic Control 24, 1979),
     and only where that fails from the pencil of scipy, which takes five times as long.
     """
     if (quick := _of_hamiltonian(A, B, Q)) is not None:
+        if not refine:
+            return quick, _residual(A, B, Q, quick)
         found = _refined(A, B, Q, quick)
         if found[1] <= _SOLVED and _stabilises(A, B, found[0]):
             return found
@@ -129,8 +137,12 @@ def _refined(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
         moved, gain = (np.linalg.norm(B.T @ each, axis=1) for each in (step, X))
         if np.all(moved <= _STILL * gain):
             break
+    return X, _residual(A, B, Q, X)
+
+
+def _residual(A: Array, B: Array, Q: Array, X: Array) -> float:
     defect, largest = _riccati_defect(A, B, Q, X)
-    return X, float(np.linalg.norm(defect) / largest) if largest else 0.0
+    return float(np.linalg.norm(defect) / largest) if largest else 0.0
 
 
 def _stabilises(A: Array, B: Array, X: Array) -> bool:
@@ -170,9 +182,10 @@ class Regulator:
         kept = _above(C - directions @ seen, noise)
         return cls(A - B @ gain, scaled, kept, gain, root)
 
-    def solve(self) -> RiccatiSolution:
-        """Return the continuous optimum u = −K x; see `solve_riccati` for errors."""
-        found = solve_riccati(self.A, self.B, self.C.T @ self.C, np.eye(len(self.root)))
+    def solve(self, *, refine: bool = True) -> RiccatiSolution:
+        """Return the continuous optimum u = −K x; see `solve_riccati`."""
+        R = np.eye(len(self.root))
+        found = solve_riccati(self.A, self.B, self.C.T @ self.C, R, refine=refine)
         gain = self.gain + solve_triangular(self.root, found.gain)
         return RiccatiSolution(found.X, gain, found.residual)
 
@@ -189,7 +202,7 @@ def full_column_rank(D: Array) -> bool:
     return bool(np.linalg.svd(D / size, compute_uv=False)[-1] > 1e-9 and len(D) >= D.shape[1])
 
 
-def _nonzero(matrix: Array) -> float:
+def _nonzero(matrix: Array, order: int | None = 2) -> float:
     """Return the norm of a matrix, or one where there is nothing to scale by."""
     if not np.isfinite(matrix).all():
         raise AccuracyError(
@@ -197,7 +210,7 @@ def _nonzero(matrix: Array) -> float:
             where="riccati",
             remedy="bring limits and noises closer together, or measure in other units",
         )
-    return float(np.linalg.norm(matrix, 2)) or 1.0
+    return float(np.linalg.norm(matrix, order)) or 1.0
 
 
 def _stabilising(A: Array, B: Array, Q: Array) -> Array:

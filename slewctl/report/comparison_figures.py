@@ -43,9 +43,29 @@ def looks(result: CaseResult) -> list[dict[str, Any]]:
 def figures(result: CaseResult) -> Iterator[tuple[str, Plot, str]]:
     """Yield each figure's kind, the figure and its caption; none of what there is nothing of."""
     there = {"shapes": bool(result.shapes), "slew": result.slewed, "ladder": bool(result.ladders)}
-    for kind, (draw, caption) in _FIGURES.items():
+    for kind, (draw, told) in _FIGURES.items():
         if there.get(kind, True):
-            yield kind, draw(result), caption
+            yield kind, draw(result), told
+
+
+def caption(kind: str) -> str:
+    """Return a figure's caption, which is there before the figure is."""
+    return _FIGURES[kind][1]
+
+
+def ladder_figure(result: CaseResult) -> Plot:
+    """Return the figure of a result's ladders.
+
+    Parameters
+    ----------
+    result : CaseResult
+        With a ladder.
+
+    Returns
+    -------
+    Plot
+    """
+    return _ladder(result)
 
 
 def _poles(result: CaseResult) -> Plot:
@@ -89,10 +109,12 @@ def _ladder(result: CaseResult) -> Plot:
         top = 2 * max(100 * most, 0.1)
         ys.append((Axis("lost (%)", 50 * _LEAST_LOSS, top, "log"), 180.0, "lost"))
     panels = stacked(x, ys, "modes")
-    for k, ladder in enumerate(result.ladders):
+    places = {curve.origin: k for k, curve in enumerate(result.curves)}
+    for row, ladder in enumerate(result.ladders):
+        k = places[ladder.origin]
         place = np.array([rung.modes for rung in ladder.rungs], dtype=float)
         for panel, rows, scale in zip(panels, (margins, losses), (1, 100), strict=False):
-            values = scale * np.array(rows[k])
+            values = scale * np.array(rows[row])
             panel.curve(place, values, f"o{k}")
             panel.dots(place, values, f"o{k}")
         lost = place[[not rung.stable for rung in ladder.rungs]]

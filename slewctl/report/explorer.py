@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from slewctl.compare import CaseResult
 from slewctl.report.comparison import drawn
+from slewctl.report.comparison_figures import caption, ladder_figure
 from slewctl.report.page import render
+
+# Stands where the ladder will, as high as that (414 units), so that nothing on the page jumps.
+_LATER = (
+    '<svg class="later" viewBox="0 0 480 414" role="img" aria-label="The ladder follows">'
+    '<text x="240" y="200" text-anchor="middle" fill="currentColor">the ladder follows …</text>'
+    "</svg>"
+)
 
 
 def explorer_page(body: str = "") -> str:
@@ -31,6 +40,7 @@ def explorer_body(
     *,
     confirmed: bool,
     doubt: str = "",
+    ladder: bool = True,
 ) -> str:
     """Return verdicts and figures as HTML.
 
@@ -44,11 +54,17 @@ def explorer_body(
         Whether the verdicts are the gate's.
     doubt : str
         Why they cannot be.
+    ladder : bool
+        Whether the ladder is drawn; otherwise its place is held for `with_ladder`.
 
     Returns
     -------
     str
     """
+    shown = drawn(result if ladder else replace(result, ladders=()))
+    if not ladder:
+        place = [kind for kind, *_ in shown["figures"]].index("poles")
+        shown["figures"].insert(place, ("ladder", _LATER, caption("ladder")))
     return render(
         "explored.html",
         result=result,
@@ -58,8 +74,25 @@ def explorer_body(
         arms=len({verdict["arm"] for verdict in verdicts}),
         confirmed=confirmed,
         doubt=doubt,
-        **drawn(result),
+        **shown,
     )
+
+
+def with_ladder(body: str, result: CaseResult) -> str:
+    """Return a body whose ladder's place was held, with its ladder.
+
+    Parameters
+    ----------
+    body : str
+        From `explorer_body` without its ladder.
+    result : CaseResult
+        The same.
+
+    Returns
+    -------
+    str
+    """
+    return body.replace(_LATER, ladder_figure(result).svg())
 
 
 def explorer_refusal(message: str) -> str:

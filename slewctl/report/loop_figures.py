@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +16,8 @@ from slewctl.report.scale import Axis, around
 
 # Lower gains are of no use to see, in dB.
 _LOWEST_DB = -100.0
+# Of so many designs, as many as a figure shows, what is drawn is kept for the next figure.
+_KEPT = 8
 # Numbers of modes need this much room in units, or some are left out.
 _ROOM = 19.0
 
@@ -50,8 +53,8 @@ def bode_figure(result: CaseResult) -> Plot:
     gain.across(0, "k")
     phase.across(-180, "k")
     for k, curve in own_last(result):
-        gain.curve(curve.frequency_hz, curve.gain_db, look(result, k))
-        phase.curve(curve.frequency_hz, curve.phase_deg, look(result, k))
+        gain.curve(curve.frequency_hz, curve.gain_db, look(result, k), of=curve)
+        phase.curve(curve.frequency_hz, curve.phase_deg, look(result, k), of=curve)
     _draw_margins(gain, phase, result)
     _name_modes(gain, result)
     return Plot([gain, phase], f"Bode plot of the return ratio of {result.case.name}")
@@ -99,7 +102,7 @@ def nichols_figure(result: CaseResult) -> Plot:
         _, values = _fine(curve)
         for phase, gain in _turns(values, curve.phase_deg[0]):
             near = np.where((gain > -30) & (gain < 60), gain, np.nan)
-            panel.curve(phase, near, look(result, k), simple=True)
+            panel.curve(phase, near, look(result, k), simple=True, of=curve)
     panel.crosses(np.array([-180.0]), np.zeros(1), "critical")
     return Plot([panel], f"Nichols plot of the return ratio of {result.case.name}")
 
@@ -129,7 +132,7 @@ def nyquist_figure(result: CaseResult) -> Plot:
     for k, curve in own_last(result):
         _, values = _fine(curve)
         near = np.where(np.abs(values) < 8, values, np.nan)
-        panel.curve(near.real, near.imag, look(result, k), simple=True)
+        panel.curve(near.real, near.imag, look(result, k), simple=True, of=curve)
     panel.crosses(np.array([-1.0]), np.zeros(1), "critical")
     return Plot([panel], f"Nyquist plot of the return ratio of {result.case.name}")
 
@@ -148,11 +151,7 @@ def _disk(result: CaseResult) -> ComplexArray | None:
 
 def sensitivity_figure(result: CaseResult) -> Plot:
     """Return the gains of S and T."""
-    found = {}
-    for k, curve in own_last(result):
-        omega, values = _fine(curve)
-        with np.errstate(divide="ignore"):
-            found[k] = (omega, *(20 * np.log10(np.abs(g)) for g in _sensitivities(values)))
+    found = {k: _sensitivities(curve) for k, curve in own_last(result)}
     tops = [
         float(np.max(gain[np.isfinite(gain)])) for _, *gains in found.values() for gain in gains
     ]
@@ -167,9 +166,10 @@ def sensitivity_figure(result: CaseResult) -> Plot:
     )
     for panel in (s, t):
         panel.across(0, "k")
-    for k, (omega, sensitivity, complementary) in found.items():
+    for k, (hertz, sensitivity, complementary) in found.items():
         for panel, gain in ((s, sensitivity), (t, complementary)):
-            panel.curve(omega / (2 * np.pi), np.maximum(gain, -90), look(result, k), simple=True)
+            drawn, of = np.maximum(gain, -90), result.curves[k]
+            panel.curve(hertz, drawn, look(result, k), simple=True, of=of)
     if result.chosen.stable:
         peak = result.chosen.judgement.margins.modulus
         if peak.frequency_hz and peak.value > 0:
@@ -179,10 +179,14 @@ def sensitivity_figure(result: CaseResult) -> Plot:
     return Plot([s, t], f"Sensitivity of the loops of {result.case.name}")
 
 
-def _sensitivities(values: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+@lru_cache(maxsize=_KEPT)
+def _sensitivities(curve: LoopCurves) -> tuple[Array, Array, Array]:
+    """Return frequencies in Hz, and the gains of S and T in dB."""
+    omega, values = _fine(curve)
     with np.errstate(divide="ignore", invalid="ignore"):
         s = 1 / (1 + values)
-        return s, np.asarray(values * s)
+        gain, complementary = (20 * np.log10(np.abs(g)) for g in (s, values * s))
+    return omega / (2 * np.pi), gain, complementary
 
 
 def _frequency(result: CaseResult) -> Axis:
@@ -190,6 +194,7 @@ def _frequency(result: CaseResult) -> Axis:
     return Axis("frequency (Hz)", float(hertz.min()), float(hertz.max()), "log")
 
 
+@lru_cache(maxsize=_KEPT)
 def _fine(curve: LoopCurves) -> tuple[Array, ComplexArray]:
     values: ComplexArray = np.exp(
         np.log(10) * curve.gain_db / 20 + 1j * np.radians(curve.phase_deg)

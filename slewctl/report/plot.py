@@ -6,15 +6,17 @@ that the page's script reads from it what it tells and draws it again, enlarged.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.escape import quoted
 from slewctl.report.scale import Axis
+from slewctl.report.thinning import thinned
 
 # Units across every plot, which are pixels where it is shown as wide as that.
 WIDTH = 480.0
@@ -44,6 +46,8 @@ class Item:
     dy : float
         How far below the point a word stands, in units.
     simple : bool
+    of : object
+        What it is the line of, if it can be known again by that.
     """
 
     kind: Literal["curve", "dots", "crosses", "word"]
@@ -53,6 +57,12 @@ class Item:
     text: str = ""
     dy: float = 0.0
     simple: bool = False
+    of: object = None
+
+
+# Paths of lines by what they are lines of, and then by axes and place: a page that is drawn again
+# and again has lines that stay.
+_DRAWN: WeakKeyDictionary[object, dict[tuple[object, ...], str]] = WeakKeyDictionary()
 
 
 @dataclass
@@ -85,7 +95,9 @@ class Panel:
     width: float = WIDTH - _LEFT - _RIGHT
     items: list[Item] = field(default_factory=list)
 
-    def curve(self, x: Array, y: Array, look: str, *, simple: bool = False) -> None:
+    def curve(
+        self, x: Array, y: Array, look: str, *, simple: bool = False, of: object = None
+    ) -> None:
         """Draw a line; a value that is not finite is a gap in it.
 
         Parameters
@@ -95,8 +107,11 @@ class Panel:
             Classes.
         simple : bool
             Whether points that make no difference to the eye are left out of the page.
+        of : object, optional
+            What it is the line of.  In panels with the same role and axes the first line of
+            one is always the same, and so is the second: they are written once.
         """
-        self.items.append(Item("curve", x, y, look, simple=simple))
+        self.items.append(Item("curve", x, y, look, simple=simple, of=of))
 
     def dots(self, x: Array, y: Array, look: str) -> None:
         """Draw a dot at every point."""
@@ -128,7 +143,7 @@ class Panel:
         )
         told = f' data-link="{self.link}" data-role="{self.role}"' if self.link or self.role else ""
         marked = " data-x-marked" if self.x_marked else ""
-        lines = "".join(self._path(item) for item in self.items if item.kind != "word")
+        lines = "".join(self._paths())
         words = "".join(self._word(item) for item in self.items if item.kind == "word")
         return (
             f'<g class="panel" data-box="{box}"{axes}{told}{marked}><g class="marks">'
@@ -143,20 +158,42 @@ class Panel:
         across, up = self.x.at(x) * self.width, (1 - self.y.at(y)) * self.height
         return np.column_stack([across, up]) * FINE
 
-    def _path(self, item: Item) -> str:
-        """Return the path of a line, or of dots or crosses."""
+    def _paths(self) -> Iterator[str]:
+        """Yield the paths of lines, dots and crosses in the order in which they were drawn."""
+        items = [item for item in self.items if item.kind != "word"]
+        written = [self._written(item, items[:k]) for k, item in enumerate(items)]
+        new = [item for item, (known, key) in zip(items, written, strict=True) if key not in known]
+        runs = [self._runs(item) for item in new]
+        simple = [run for item, own in zip(new, runs, strict=True) if item.simple for run in own]
+        fewer = iter(thinned(simple, FINE * _SIMPLE))
+        drawn = iter(runs)
+        for item, (known, key) in zip(items, written, strict=True):
+            if item.kind == "curve":
+                if key not in known:
+                    own = ((next(fewer) if item.simple else run) for run in next(drawn))
+                    known[key] = "".join(map(_line, own))
+                name, path = "c", known[key]
+            else:
+                name, glyph = _GLYPHS[item.kind]
+                path = "".join(f"{_line(p[None])}{glyph}" for run in next(drawn) for p in run)
+            yield f'<path class="{name} {item.look}" d="{path}"/>' if path else ""
+
+    def _written(
+        self, item: Item, before: Sequence[Item]
+    ) -> tuple[dict[tuple[object, ...], str], tuple[object, ...]]:
+        """Return the paths of what an item is a line of, and by what its own is known there."""
+        if item.of is None:
+            return {}, ()
+        place = sum(other.of is item.of for other in before)
+        key = (self.role, self.x, self.y, self.width, self.height, place)
+        return _DRAWN.setdefault(item.of, {}), key
+
+    def _runs(self, item: Item) -> list[Array]:
+        """Return the points of a line between its gaps."""
         points = self._points(item.x, item.y)
         known = np.isfinite(points).all(axis=1)
-        if item.kind != "curve":
-            name, glyph = _GLYPHS[item.kind]
-            path = "".join(f"{_line(p[None])}{glyph}" for p in points[known])
-            return f'<path class="{name} {item.look}" d="{path}"/>' if path else ""
         ends = np.flatnonzero(np.diff(np.r_[False, known, False]))
-        runs = [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True)]
-        if item.simple:
-            runs = [run[fewer(run, FINE * _SIMPLE)] for run in runs]
-        path = "".join(map(_line, runs))
-        return f'<path class="c {item.look}" d="{path}"/>' if path else ""
+        return [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True)]
 
     def _word(self, item: Item) -> str:
         ((u, v),) = self._points(item.x, item.y) / FINE
@@ -218,34 +255,6 @@ def stacked(
         panels.append(Panel(x, y, top, height, link, role, k == len(listed) - 1))
         top += height + 12
     return panels
-
-
-def fewer(points: Array, allowed: float) -> Array:
-    """Return which points of a line to keep so that it moves by no more than is allowed.
-
-    The way of Ramer, Douglas and Peucker: a piece whose points are all close to its chord is
-    that chord, another is cut at the point farthest from it.
-    """
-    keep = np.zeros(len(points), dtype=bool)
-    keep[[0, -1]] = True
-    pieces = [(0, len(points) - 1)]
-    while pieces:
-        a, b = pieces.pop()
-        if b - a < 2:
-            continue
-        between = points[a + 1 : b] - points[a]
-        chord = points[b] - points[a]
-        length = float(np.hypot(*chord))
-        if length > 0:
-            along = np.clip(between @ chord / length**2, 0.0, 1.0)
-            between = between - along[:, None] * chord
-        far = np.hypot(between[:, 0], between[:, 1])
-        worst = int(far.argmax())
-        if far[worst] > allowed:
-            middle = a + 1 + worst
-            keep[middle] = True
-            pieces += [(a, middle), (middle, b)]
-    return keep
 
 
 def refined(omega: Array, values: ComplexArray, parts: int = 4) -> tuple[Array, ComplexArray]:

@@ -210,7 +210,37 @@ def test_a_first_look_is_of_one_truth_and_says_so() -> None:
         assert verdict.value == read(judgement, verdict.quantity.name).value
         assert [modes for modes, _ in verdict.seen] == [found.result.case.truth_modes]
     assert "being confirmed" in found.body()
-    assert found.result.ladders == ()
+    held = found.body(ladder=False)
+    assert held.count("<figure") == found.body().count("<figure")
+    assert held != found.body() == found.with_ladder(held)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("01-paper-beam", {"arm.payload.mass": 0.01}),
+        ("06-sampled-lqg-with-delay", {"model.n": 1}),
+        ("08-pd-notch", {}),
+        ("14-given-pid", {"arm.actuator.delay": 0.002}),
+        ("rigs/elastic-joint", {}),
+        ("rigs/satellite-from-modal-data", {"controller.limits.torque": 2.0}),
+    ],
+)
+def test_the_ladder_of_a_first_look_is_the_climbed_one(name: str, settings: dict) -> None:
+    path = DESIGNS / f"{name}.toml"
+    seen, climbed = (
+        explored(path, settings, confirm=proved).result.ladders[-1] for proved in (False, True)
+    )
+    assert [rung.modes for rung in seen.rungs] == [rung.modes for rung in climbed.rungs]
+    assert [rung.stable for rung in seen.rungs] == [rung.stable for rung in climbed.rungs]
+    for at_once, proved in zip(seen.rungs, climbed.rungs, strict=True):
+        # What is seen of a margin is never below what is proved of it.
+        margin, known = at_once.value("disk_margin"), proved.value("disk_margin")
+        assert (margin is None) == (known is None) == (not proved.stable)
+        assert margin is None or known * (1 - 1e-9) <= margin <= known * 1.001
+        loss, known = at_once.value("h2_loss"), proved.value("h2_loss")
+        assert (loss is None) == (known is None)
+        assert loss is None or loss == pytest.approx(known, rel=1e-5, abs=1e-6)
 
 
 def test_an_unstable_loop_fails_at_once() -> None:
@@ -230,7 +260,21 @@ def test_the_file_itself_stays_beside_what_is_set() -> None:
     assert labels == ["as in the file: clamped-free, n = 1", "clamped-free, n = 3"]
     np.testing.assert_array_equal(found.result.curves[0].gain_db, own.curves[0].gain_db)
     assert all(label in found.body() for label in labels)
+    assert [ladder.origin for ladder in found.result.ladders] == [
+        curve.origin for curve in found.result.curves
+    ]
     assert before(read_design(DESIGNS / "14-given-pid.toml")) is None
+
+
+def test_a_line_that_stays_is_written_once_and_the_same() -> None:
+    design = read_design(example_design())
+    settings = {"controller.limits.torque": 1.3}
+    own = before(design)
+    first = explored(design, settings, beside=own, confirm=False).body()
+    explored(design, {"arm.hub.inertia": 0.3}, beside=own, confirm=False).body()
+    again = explored(design, settings, beside=own, confirm=False).body()
+    fresh = explored(design, settings, beside=before(design), confirm=False).body()
+    assert first == again == fresh
 
 
 def test_a_notebook_gets_the_whole_page_in_a_frame() -> None:

@@ -31,6 +31,11 @@ const all = (root, selector) => [...root.querySelectorAll(selector),
 const frame = all(document, "iframe")[0]?.contentDocument;
 """
 STATE = "return frame?.querySelector('.state')?.textContent"
+# What sliders are set to, by their names.
+TOLD = (
+    "return Object.fromEntries(all(document, '.noUi-handle')"
+    ".map((h) => [h.ariaLabel, h.ariaValueText]))"
+)
 CONFIRMED = "return frame?.querySelector('.state')?.dataset.confirmed === 'yes'"
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("explorer")]
 
@@ -59,6 +64,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("designs")
     shutil.copy(DESIGNS / "12-any-payload.toml", folder)
     shutil.copy(DESIGNS / "06-sampled-lqg-with-delay.toml", folder)
+    shutil.copy(DESIGNS / "11-spillover-bound.toml", folder)
     return folder
 
 
@@ -207,6 +213,38 @@ def test_what_cannot_be_designed_is_told_and_left_again(browser: Browser, folder
             " getComputedStyle(document.body).backgroundColor])"
         ):
             assert contrast(ink, ground) >= 7
+
+
+def test_controls_have_names_and_a_solver_is_awaited(browser: Browser, folder: Path) -> None:
+    with serving(folder / "11-spillover-bound.toml") as (address, _):
+        page = Page(browser, address, DESKTOP, "light")
+        page.confirmed()
+        # Every control has a name, and every slider says in words what it is set to.
+        names = controls(browser)
+        assert len(names) == 10
+        assert all(names)
+        assert {"basis", "hub inertia", "functions n", "largest torque"} <= set(names)
+        told = page.run(TOLD)
+        assert set(told) == {*names} - {"basis"}
+        assert all(told.values())
+        assert (told["largest torque"], told["sample time"]) == ("1 N·m", "continuous")
+        page.run(
+            "const main = frame.querySelector('main'); top.told = [];"
+            "new MutationObserver(() => top.told.push(main.ariaBusy))"
+            ".observe(main, { attributes: true })"
+        )
+        page.slider("largest torque").send_keys(Keys.ARROW_RIGHT)
+        page.until(lambda: page.run("return top.told.length") >= 2)
+        assert page.run("return top.told")[:2] == ["true", None]
+        page.until(lambda: page.run(TOLD)["largest torque"] == "1.12 N·m")
+
+
+def controls(browser: Browser) -> list[str]:
+    """Return the names of sliders and choices, as a screen reader is given them."""
+    browser.command("Accessibility.enable")
+    nodes = browser.command("Accessibility.getFullAXTree")["nodes"]
+    kinds = ("slider", "combobox")
+    return [node["name"]["value"] for node in nodes if node["role"]["value"] in kinds]
 
 
 def test_it_listens_at_this_machine_and_to_its_own_page_alone(folder: Path) -> None:

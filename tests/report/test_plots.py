@@ -17,8 +17,9 @@ from slewctl.compare import CaseResult, Comparison
 from slewctl.loop.curves import Curve
 from slewctl.report.comparison import section, write_comparison
 from slewctl.report.comparison_figures import figures
-from slewctl.report.plot import FINE, Panel, Plot, fewer, refined
+from slewctl.report.plot import FINE, Panel, Plot, refined
 from slewctl.report.scale import Axis, around
+from slewctl.report.thinning import thinned
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -94,15 +95,43 @@ def test_disk_of_the_margin_touches_the_curve_and_is_not_entered(small_case: Cas
     assert np.hypot(re_ - centre, im).min() == pytest.approx(radius, rel=0.01)
 
 
-@given(st.integers(3, 60), st.integers(0, 10**6))
-def test_a_line_with_fewer_points_is_as_near_as_was_asked(size: int, seed: int) -> None:
-    points = np.random.default_rng(seed).normal(size=(size, 2)).cumsum(axis=0)
-    kept = points[fewer(points, 0.5)]
-    for p in points:
-        ends = np.diff(kept, axis=0)
-        along = np.clip(((p - kept[:-1]) * ends).sum(1) / (ends**2).sum(1), 0, 1)
-        off = np.hypot(*(p - kept[:-1] - along[:, None] * ends).T)
-        assert off.min() <= 0.5 + 1e-9
+@given(st.lists(st.integers(1, 60), max_size=4), st.integers(0, 10**6), st.booleans())
+def test_lines_with_fewer_points_are_as_near_as_was_asked(
+    sizes: list[int], seed: int, level: bool
+) -> None:
+    random = np.random.default_rng(seed)
+    lines = [random.normal(size=(size, 2)).cumsum(axis=0) for size in sizes]
+    if level:  # points that are equally far, and that lie on each other
+        lines = [np.rint(line) for line in lines]
+    found = thinned(lines, 0.5)
+    assert len(found) == len(lines)
+    for points, kept in zip(lines, found, strict=True):
+        np.testing.assert_array_equal(kept[[0, -1]], points[[0, -1]])
+        if not level:  # which of two equally far points is taken, rounding decides
+            np.testing.assert_array_equal(kept, one_by_one(points, 0.5))
+        if len(kept) == 1:
+            continue
+        for p in points:
+            ends = np.diff(kept, axis=0)
+            size = np.maximum((ends**2).sum(1), 1e-300)
+            along = np.clip(((p - kept[:-1]) * ends).sum(1) / size, 0, 1)
+            off = np.hypot(*(p - kept[:-1] - along[:, None] * ends).T)
+            assert off.min() <= 0.5 + 1e-9
+
+
+def one_by_one(points: np.ndarray, allowed: float) -> np.ndarray:
+    """Return the points that the way of Ramer, Douglas and Peucker keeps, piece by piece."""
+    if len(points) < 3:
+        return points
+    chord = points[-1] - points[0]
+    away = points[1:-1] - points[0]
+    along = np.clip(away @ chord / max(chord @ chord, 1e-300), 0, 1)
+    off = np.hypot(*(away - along[:, None] * chord).T)
+    worst = int(off.argmax()) + 1
+    if off[worst - 1] <= allowed:
+        return points[[0, -1]]
+    head, tail = one_by_one(points[: worst + 1], allowed), one_by_one(points[worst:], allowed)
+    return np.concatenate([head[:-1], tail])
 
 
 @given(

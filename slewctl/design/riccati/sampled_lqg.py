@@ -74,6 +74,19 @@ def sampled_lqg(
     )
 
 
+def least_sampled_cost(plant: GeneralisedPlant, sample_time: float, delay: float) -> float:
+    """Return the cost of the sampled LQG controller from its Riccati equations, unconfirmed.
+
+    Parameters
+    ----------
+    plant : GeneralisedPlant
+    sample_time, delay : float
+        In s.
+    """
+    late = float(delay) + plant.dead_time
+    return _Design(plant.exact, sample_time, late, "lqg", None, None).cost
+
+
 def _assumptions(T: float, limit: float | None) -> tuple[str, ...]:
     words = (
         "white torque noise of the objective's density, integrated exactly between the samples",
