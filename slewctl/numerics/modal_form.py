@@ -99,7 +99,7 @@ LONGEST = 40
 # What a truth yields is computed once for all controllers that meet it; and once for a controller
 # whose copies are told apart by names alone.
 _KNOWN: WeakKeyDictionary[LinearSystem, dict[bool, ModalForm]] = WeakKeyDictionary()
-_COPIES = 16
+COPIES = 16
 
 
 class _Content:
@@ -134,7 +134,7 @@ def modal_form(system: LinearSystem, long: bool = False) -> ModalForm:
     return known[long]
 
 
-@lru_cache(_COPIES)
+@lru_cache(COPIES)
 def _modal_form(content: _Content, long: bool) -> ModalForm:
     system = content.system
     A, B, C, D = system.matrices

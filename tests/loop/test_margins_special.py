@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 from functools import partial
+from weakref import ReferenceType, ref
 
 import control
 import mpmath
@@ -16,8 +18,11 @@ from slewctl.errors import InputError, SlewctlError
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
 from slewctl.loop.parts import negated
+from slewctl.loop.single.factor import Factor, factor_of
 from slewctl.loop.single.factored_loop import factored
 from slewctl.numerics.given_system import static
+from slewctl.numerics.linear_system import LinearSystem
+from slewctl.numerics.modal_form import COPIES
 
 S = control.tf("s")
 Z = control.tf("z")
@@ -397,3 +402,13 @@ def test_copies_of_a_controller_share_their_modes() -> None:
     other = factored(plant, loop.controller.linear)
     assert other.controller is not one.controller
     np.testing.assert_allclose(other.on_axis(np.ones(1)), -one.on_axis(np.ones(1)), rtol=1e-12)
+
+
+def test_factors_of_systems_that_are_gone_are_not_kept() -> None:
+    def made(k: int) -> ReferenceType[Factor]:
+        plant = LinearSystem([[-1.0 - k]], [[1.0]], [[1.0]], [[0.0]])
+        return ref(factor_of(plant))
+
+    found = [made(k) for k in range(3 * COPIES)]
+    gc.collect()
+    assert sum(factor() is not None for factor in found) <= COPIES

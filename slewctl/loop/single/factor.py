@@ -8,7 +8,7 @@ triangular block is a chain of products of such terms.
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -24,9 +24,9 @@ from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.long_complex import LONG_ROUNDING
 from slewctl.numerics.modal_basis import AT_END
 from slewctl.numerics.modal_bounds import ROUNDING
-from slewctl.numerics.modal_form import Block, ModalForm, modal_form
+from slewctl.numerics.modal_form import COPIES, Block, ModalForm, modal_form
 
-_KNOWN: WeakKeyDictionary[ModalForm, Factor] = WeakKeyDictionary()
+_KNOWN: WeakKeyDictionary[LinearSystem, dict[bool, Factor]] = WeakKeyDictionary()
 
 
 class Factor:
@@ -378,13 +378,14 @@ def factor_of(system: LinearSystem, long: bool = False) -> Factor:
     long : bool
         In long numbers, where they know it better.
     """
-    found = _of_form(modal_form(system))
-    if long:
-        return min(found, _of_form(modal_form(system, long=True)), key=lambda x: x.unknown)
-    return found
+    known = _KNOWN.setdefault(system, {})
+    if long not in known:
+        found = _of_form(modal_form(system))
+        if long:
+            found = min(found, _of_form(modal_form(system, long=True)), key=lambda x: x.unknown)
+        known[long] = found
+    return known[long]
 
 
-def _of_form(form: ModalForm) -> Factor:
-    if form not in _KNOWN:
-        _KNOWN[form] = Factor(form)
-    return _KNOWN[form]
+# Of copies, which share a form; a factor knows its form, so that no weak key would do.
+_of_form = lru_cache(COPIES)(Factor)
