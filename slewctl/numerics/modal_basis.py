@@ -41,9 +41,15 @@ class Modes:
     integral: int | None = None
 
     @property
+    def kept(self) -> IntArray:
+        """All states but that one."""
+        states = np.arange(self.V.shape[-1])
+        return states[states != self.integral]
+
+    @property
     def others(self) -> Modes:
         """The modes without that state."""
-        kept = np.arange(self.V.shape[-1]) != self.integral
+        kept = self.kept
         V, W = self.V[:, kept, :-1], self.W[:, :-1, kept]
         return Modes(V, W, self.J[:, :-1, :-1], self.blocks)
 

@@ -115,7 +115,7 @@ def bounded(stack: Stack, modes: Modes) -> BoundedModes:
 def _mended(A: Array, modes: Modes) -> Modes:
     """Return modes after one step of Newton's method from the exact residual."""
     if modes.integral is not None:
-        kept = np.delete(np.arange(A.shape[-1]), modes.integral)
+        kept = modes.kept
         others = _mended(A[:, kept[:, None], kept], modes.others)
         return integrated(A[0], others, modes.integral)
     J = modes.J

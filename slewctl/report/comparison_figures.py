@@ -53,21 +53,6 @@ def caption(kind: str) -> str:
     return _FIGURES[kind][1]
 
 
-def ladder_figure(result: CaseResult) -> Plot:
-    """Return the figure of a result's ladders.
-
-    Parameters
-    ----------
-    result : CaseResult
-        With a ladder.
-
-    Returns
-    -------
-    Plot
-    """
-    return _ladder(result)
-
-
 def _poles(result: CaseResult) -> Plot:
     """Return decay rate against frequency of the closed-loop poles on the truth."""
     designs = [_of(result, curve) for curve in result.curves]
@@ -95,8 +80,18 @@ def _poles(result: CaseResult) -> Plot:
     return Plot([panel], f"Closed-loop poles of {result.case.name} on the truth")
 
 
-def _ladder(result: CaseResult) -> Plot:
-    """Return disk margin and loss of each basis over the number of modes let in."""
+def ladder_figure(result: CaseResult) -> Plot:
+    """Return disk margin and loss of each basis over the number of modes let in.
+
+    Parameters
+    ----------
+    result : CaseResult
+        With a ladder.
+
+    Returns
+    -------
+    Plot
+    """
     weighted = result.case.objective.weighted
     modes = [rung.modes for ladder in result.ladders for rung in ladder.rungs]
     x = Axis("modes of the truth N", min(modes) - 0.5, max(modes) + 0.5, step=1)
@@ -252,7 +247,7 @@ _FIGURES: dict[str, tuple[Draw, str]] = {
         "gives, drawn as if it had no limits (dotted, where near). Unstable loops are left out.",
     ),
     "ladder": (
-        _ladder,
+        ladder_figure,
         "The spillover ladder: each controller meets the first N modes of the truth. A cross is "
         "an unstable loop; where the lines are level, more modes change nothing.",
     ),

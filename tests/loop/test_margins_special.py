@@ -412,3 +412,15 @@ def test_factors_of_systems_that_are_gone_are_not_kept() -> None:
     found = [made(k) for k in range(3 * COPIES)]
     gc.collect()
     assert sum(factor() is not None for factor in found) <= COPIES
+
+
+def test_a_loop_of_which_little_is_known_needs_no_more_memory() -> None:
+    """As many intervals as wanted are enclosed part by part, and each as it is alone."""
+    factors = stable_loop().factors
+    c = np.geomspace(1e-2, 1e3, 45_000)
+    together, h = factors.enclosed(c, 1e-3 * c), 1e-3 * c
+    for k in (0, 19_999, 20_000, 44_999):
+        alone = factors.enclosed(c[k : k + 1], h[k : k + 1])
+        for name in ("value", "slope", "curve", "error", "flat", "most"):
+            one, other = getattr(together, name)[k], getattr(alone, name)[0]
+            assert one == pytest.approx(other, rel=1e-12)

@@ -34,8 +34,8 @@ from slewctl.numerics.linear_system import LinearSystem
 NARROW = 1e-9
 # Of a few operations at the end, relative.
 _ULPS = 8 * float(np.finfo(float).eps)
-# Boxes that were left undecided are looked at in so many parts.
-_PARTS = 16
+# Boxes that were left undecided are looked at in so many parts, if there are no more than this.
+_PARTS, _FEW = 16, 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,9 +337,10 @@ def _seen(loop: FactoredLoop, search: Search) -> dict[int, tuple[Balls, Balls]]:
 
 def _cut(v: Array, width: Array) -> tuple[Array, Array]:
     """Return boxes in parts, in each of which L changes little even beside the origin's pole."""
-    offsets = (np.arange(_PARTS) + 0.5) * 2 / _PARTS - 1
+    count = _PARTS if len(v) <= _FEW else 1
+    offsets = (np.arange(count) + 0.5) * 2 / count - 1
     parts = v[:, None] + width[:, None] * offsets
-    return parts.ravel(), np.repeat(width / _PARTS * (1 + 1e-9), _PARTS)
+    return parts.ravel(), np.repeat(width / count * (1 + 1e-9), count)
 
 
 def _turns(

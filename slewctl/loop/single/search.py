@@ -3,8 +3,9 @@
 On an interval [c − h, c + h] the loop is L(c) + L′(c) δ but for R, a bound of curvature and
 errors.  Questions are asked until each is answered everywhere: |L| = 1 is impossible, or
 passed once; L is not real and negative there, or once, or no better than what was found;
-1 + L is at least as far from zero as the best value seen, and so with the disk; the argument
-of 1 + L changes by what its ends say.
+1 + L is at least as far from zero as the best value seen, and so with the disk and with |T|;
+|1 + L| passes √2 first elsewhere, or here once; the argument of 1 + L changes by what its ends
+say.
 """
 
 from __future__ import annotations
@@ -28,7 +29,6 @@ _POLISHED, _NEAREST = 12, 1e-6
 # Into how many parts intervals are cut while there are no more than so many.
 _PARTS = ((4, 32), (12, 16), (32, 8), (128, 4))
 UNIT, REAL, WINDING, LEVEL, MODULUS, DISK, COMPLEMENTARY = range(7)
-DISTANCES = (MODULUS, DISK, COMPLEMENTARY)
 
 
 class Search:
@@ -92,8 +92,8 @@ class Search:
         self._steep, self._sloping, self._falling = monotone(), monotone(), monotone()
         self._turns, self._low = turns(), np.inf  # from where |1 + L| is less than √2
         self._answered: list[tuple[Array, Array, BoolArray]] = []
-        self._least = dict.fromkeys(DISTANCES, (np.inf, 0.0, 0.0))
-        self._proved = dict.fromkeys(DISTANCES, np.inf)
+        self._least = dict.fromkeys(self.shifts, (np.inf, 0.0, 0.0))
+        self._proved = dict.fromkeys(self.shifts, np.inf)
         self._run(*first_intervals(loop, start, gaps, end))
         for kind, (seen, *_) in self._least.items():  # what each interval was held against
             self._proved[kind] = min(self._proved[kind], seen * (1 - TOLERANCE))
@@ -223,7 +223,7 @@ class Search:
         small = np.empty((7, len(h)), dtype=bool)
         small[UNIT] = np.abs(np.abs(L) - 1) + reach <= twice
         small[REAL] = np.abs(part.value) + moves <= 2 * part.error
-        small[list(DISTANCES)] = box.bend <= 0.25 * box.error
+        small[list(self.shifts)] = box.bend <= 0.25 * box.error
         w = np.abs(1 + L)
         small[WINDING] = w + reach <= twice
         small[LEVEL] = np.abs(w - LEVEL_OF_S) + reach <= twice
@@ -322,7 +322,7 @@ class Search:
         ):  # fmt: skip
             if left[kind].any():
                 points.add(box.c[left[kind]], box.c[left[kind]], box.h[left[kind]])
-        for kind in DISTANCES:
+        for kind in self.shifts:
             if left[kind].any():
                 self._proved[kind] = min(self._proved[kind], self._nearest(kind, box, left[kind]))
         if left[WINDING].any():
