@@ -1,8 +1,8 @@
 """The return ratio of a measured plant and a known controller, at and between the points.
 
-The controller is evaluated exactly everywhere.  The plant is measured at points; between them
-G·s^k, with k its poles at zero, is interpolated by Akima's curve, and how far that is from the
-straight line between the points counts as uncertainty, beside that of the points themselves.
+The controller is evaluated exactly everywhere, the plant as `MeasuredCurve` has it.  Places are
+put so close that the straight segments between them are L, but for a bend that is known: no
+figure depends on where they are.
 """
 
 from __future__ import annotations
@@ -13,12 +13,18 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError
+from slewctl.loop.measured_curve import MeasuredCurve
 from slewctl.measured.response import Response
-from slewctl.numerics.frequency_response import FrequencyResponse, axis_points
+from slewctl.numerics.frequency_response import FrequencyResponse
 from slewctl.numerics.linear_system import LinearSystem, nameless
 
-# Places on each interval between two points.
-_PLACES = 12
+# Places on each interval between two points to begin with, and how often they are halved.
+_PLACES, _HALVINGS = 4, 14
+# L bends, and its disk grows, between two places by no more than these parts of the disk and
+# of |L| and |1 + L| together.
+_OF_DISK, _OF_SIZE = 0.05, 1e-4
+# A controller's pole turns L within these multiples of its distance from the axis.
+_BESIDE_POLES = (-8.0, -3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0, 8.0)
 # A pole this near to zero, over the fastest, is one at zero.
 _AT_ZERO = 1e-9
 _FEWEST = 3  # points that a curve needs
@@ -27,17 +33,57 @@ _SAME_CLOCK = 1e-6  # relative: rounding of times in a log
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredLoop:
-    """L for negative feedback on a fine grid over the measured band.
+class KnownLaw:
+    """What L is over the plant: a controller for negative feedback, its hold and dead time.
 
     Attributes
     ----------
+    response : FrequencyResponse
+    hold : float
+        Sample time in s of a hold before a plant that was measured as a continuous one, or zero.
+    delay : float
+        In s.
+    """
+
+    response: FrequencyResponse
+    hold: float
+    delay: float
+
+    def at(self, hz: Array) -> ComplexArray:
+        """Return the factor at frequencies."""
+        omega = 2 * np.pi * hz
+        factor = self.response(omega) * np.exp(-1j * omega * self.delay)
+        if not self.hold:
+            return np.asarray(factor)
+        half = omega * self.hold / 2
+        return np.asarray(factor * np.sinc(half / np.pi) * np.exp(-1j * half))
+
+    def places(self) -> Array:
+        """Return frequencies in Hz about which it may turn quickly."""
+        s: ComplexArray = self.response.poles
+        if self.response.sample_time:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                s = np.asarray(np.log(s) / self.response.sample_time)
+            s = s[np.isfinite(s)]
+        beside = np.abs(s.imag + np.multiply.outer(_BESIDE_POLES, s.real))
+        return np.asarray(beside.ravel() / (2 * np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredLoop:
+    """L for negative feedback over the measured band: at places, and anywhere between.
+
+    Attributes
+    ----------
+    curve : MeasuredCurve
+    law : KnownLaw
     hz : ndarray, shape (m,)
+        Places, increasing.
     L : ndarray, shape (m,)
     radius : ndarray, shape (m,)
         Of the disk in which L lies.
-    controller : ndarray, shape (m,)
-        L over the plant: its sign, hold and dead time included.
+    bend : ndarray, shape (m - 1,)
+        How far L is from the straight segment between two places at most.
     plant_poles_at_zero : int
     controller_poles_at_zero : int
     unstable_poles : int
@@ -45,10 +91,12 @@ class MeasuredLoop:
     assumptions : tuple of str
     """
 
+    curve: MeasuredCurve
+    law: KnownLaw
     hz: Array
     L: ComplexArray
     radius: Array
-    controller: ComplexArray
+    bend: Array
     plant_poles_at_zero: int
     controller_poles_at_zero: int
     unstable_poles: int
@@ -58,6 +106,10 @@ class MeasuredLoop:
     def poles_at_zero(self) -> int:
         """Order of the pole of L at zero."""
         return self.plant_poles_at_zero + self.controller_poles_at_zero
+
+    def at(self, hz: Array) -> tuple[ComplexArray, Array]:
+        """Return L at frequencies in the band and the radii of its disks."""
+        return _evaluated(self.curve, self.law, hz)
 
 
 def measured_loop(
@@ -89,18 +141,14 @@ def measured_loop(
         source = "as given"
     poles = "pole" if poles_at_zero == 1 else "poles"
     told.append(f"{poles_at_zero} {poles} of the plant at zero, {source}")
-    hz, values, radius = _between(response, poles_at_zero)
-    omega = 2 * np.pi * hz
     K = FrequencyResponse(negative)
     step, clock = response.sample_time, K.sample_time
-    factor = K(omega)
-    if clock and not step:
-        half = omega * clock / 2
-        factor = factor * np.sinc(half / np.pi) * np.exp(-1j * half)
+    held = clock if clock and not step else 0.0
+    if held:
         told.append("the hold of the sampled controller is that of a slow signal: no aliasing")
-        if hz[-1] > 0.5 / clock:
+        if (last := response.frequencies_hz[-1]) > 0.5 / clock:
             raise InputError(
-                f"the response reaches {hz[-1]:.4g} Hz, beyond half of the controller's clock",
+                f"the response reaches {last:.4g} Hz, beyond half of the controller's clock",
                 where="response",
                 remedy=f"keep what is below it: response.between(0, {0.5 / clock:.6g})",
             )
@@ -110,12 +158,48 @@ def measured_loop(
             where="controller",
             remedy="sample both alike, as with sc.given(…, discretise='tustin')",
         )
-    factor = factor * np.exp(-1j * omega * delay)
+    curve, law = MeasuredCurve(response, poles_at_zero), KnownLaw(K, held, delay)
     at_zero, unstable = _poles(K, negative)
     return MeasuredLoop(
-        hz, values * factor, radius * np.abs(factor), factor,
+        curve, law, *_placed(curve, law, response.frequencies_hz),
         poles_at_zero, at_zero, unstable, tuple(told),
     )  # fmt: skip
+
+
+def _evaluated(curve: MeasuredCurve, law: KnownLaw, hz: Array) -> tuple[ComplexArray, Array]:
+    (values, radius), factor = curve.at(hz), law.at(hz)
+    return values * factor, radius * np.abs(factor)
+
+
+def _placed(
+    curve: MeasuredCurve, law: KnownLaw, points: Array
+) -> tuple[Array, ComplexArray, Array, Array]:
+    """Return places, L, radii, and how much L bends between the places."""
+    part = np.arange(_PLACES) / _PLACES
+    between = (points[:-1, None] * (points[1:] / points[:-1])[:, None] ** part).ravel()
+    own = law.places()
+    own = own[(own > points[0]) & (own < points[-1])]
+    hz = np.unique(np.concatenate([between, points[-1:], own]))
+    L, radius = _evaluated(curve, law, hz)
+    clear = np.isfinite(L)  # but at an undamped pole
+    hz, L, radius = hz[clear], L[clear], radius[clear]
+    bend, open_ = np.zeros(len(hz) - 1), np.ones(len(hz) - 1, dtype=bool)
+    for _ in range(_HALVINGS):
+        k = np.flatnonzero(open_)
+        if not len(k):
+            break
+        middle = np.sqrt(hz[k] * hz[k + 1])
+        L_middle, r_middle = _evaluated(curve, law, middle)
+        bend[k] = np.abs(L_middle - 0.5 * (L[k] + L[k + 1]))
+        size = np.minimum(np.abs(L_middle), np.abs(1 + L_middle))
+        change = np.maximum(radius[k], radius[k + 1]) - r_middle
+        open_[k] = bend[k] + np.abs(change) > _OF_DISK * r_middle + _OF_SIZE * size
+        hz, L, radius = (
+            np.insert(x, k + 1, y) for x, y in ((hz, middle), (L, L_middle), (radius, r_middle))
+        )
+        # Of each half a quarter is to be expected.
+        bend, open_ = np.insert(bend, k + 1, bend[k]), np.insert(open_, k + 1, open_[k])
+    return hz, L, radius, bend
 
 
 def _shown(response: Response, told: list[str]) -> Response:
@@ -154,26 +238,6 @@ def check_reads(controller: LinearSystem, response: Response) -> None:
                 where="controller",
                 remedy="name the measured signals as they are, or the controller's none",
             )
-
-
-def _between(response: Response, order: int) -> tuple[Array, ComplexArray, Array]:
-    """Return places, values and radii of the plant at the points and between them."""
-    from scipy.interpolate import Akima1DInterpolator  # slow to load: not before it is wanted
-
-    hz, omega = response.frequencies_hz, response.omega
-    part = np.arange(_PLACES) / _PLACES
-    places = (hz[:-1, None] * (hz[1:] / hz[:-1])[:, None] ** part).ravel()
-    places = np.append(places, hz[-1])
-    step = response.sample_time
-    rigid = axis_points(omega, step) ** order
-    even = response.values * rigid
-    curve = Akima1DInterpolator(hz, even.real)(places) + 1j * Akima1DInterpolator(hz, even.imag)(
-        places
-    )
-    line = np.interp(places, hz, even.real) + 1j * np.interp(places, hz, even.imag)
-    noise = np.interp(places, hz, np.nan_to_num(response.radius()) * np.abs(rigid))
-    back = axis_points(2 * np.pi * places, step) ** order
-    return places, curve / back, (np.abs(curve - line) + noise) / np.abs(back)
 
 
 def _poles(K: FrequencyResponse, system: LinearSystem) -> tuple[int, int]:

@@ -17,7 +17,8 @@ class MeasuredMargin:
         At the points and, between them, where the curve through them leads; infinite where
         there is no crossing in the measured band.
     low, high : float
-        With the disks around the points and the uncertainty between them.
+        With the disks around the points and the uncertainty between them; `high` is infinite
+        where no crossing is certain.
     frequency_hz : float or None
     """
 

@@ -1,4 +1,4 @@
-"""Margins of a controller on a measured response: crossings, distance from −1, encirclements."""
+"""Margins of a controller on a measured response, and how often L encircles −1."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slewctl._types import Array
+from slewctl._types import BoolArray
 from slewctl.design import Controller
 from slewctl.errors import check_count, check_nonnegative
 from slewctl.loop.measured_loop import MeasuredLoop, check_reads, measured_loop
-from slewctl.loop.measured_margin_results import MeasuredMargin, MeasuredMargins
+from slewctl.loop.measured_margin_results import MeasuredMargins
+from slewctl.loop.measured_strip import Strip
 from slewctl.loop.parts import System, feedback_sign, negated, state_space
 from slewctl.measured.response import Response, as_response
 from slewctl.numerics.given_system import static
@@ -109,7 +110,8 @@ def _found(loop: MeasuredLoop, response: Response, unstable: int) -> MeasuredMar
     doubts: list[str] = []
     if not np.all(np.isfinite(response.known_deviation)):
         doubts.append("the points have no deviations: intervals are those of interpolation alone")
-    count = _encirclements(loop, doubts)
+    strip = Strip(loop)
+    count = _encirclements(loop, strip.near(-1.0), doubts)
     poles = unstable + loop.unstable_poles
     assumed = (
         *loop.assumptions,
@@ -121,33 +123,40 @@ def _found(loop: MeasuredLoop, response: Response, unstable: int) -> MeasuredMar
         "the disks around the points are those of 95 % at each",
     )
     stable = None if count is None else count + poles == 0
-    gains = _gains(loop)
-    phase, delay, crossings = _phases(loop)
+    phase, delay, crossings = strip.phases()
     return MeasuredMargins(
         stable,
         count,
         poles,
-        *gains,
+        *strip.gains(),
         phase,
         delay,
-        _modulus(loop),
+        strip.modulus(),
         crossings,
         assumed,
         tuple(doubts),
     )
 
 
-def _encirclements(loop: MeasuredLoop, doubts: list[str]) -> int | None:
-    """Return how often 1 + L turns around zero clockwise as the axis is run through."""
-    distance = 1 + loop.L
-    unsure = np.abs(distance) <= loop.radius
+def _encirclements(loop: MeasuredLoop, unsure: BoolArray, doubts: list[str]) -> int | None:
+    """Return how often 1 + L turns around zero clockwise as the axis is run through.
+
+    Parameters
+    ----------
+    loop : MeasuredLoop
+    unsure : ndarray of bool, shape (m - 1,)
+        Between which places −1 may be passed on either side.
+    doubts : list of str
+        To add to.
+    """
     if unsure.any():
-        where = loop.hz[unsure]
-        doubts.append(f"−1 lies within the uncertainty of L, {where[0]:.4g} to {where[-1]:.4g} Hz")
+        first, last = loop.hz[:-1][unsure][0], loop.hz[1:][unsure][-1]
+        doubts.append(f"−1 lies within the uncertainty of L, {first:.4g} to {last:.4g} Hz")
     if abs(loop.L[-1]) + loop.radius[-1] >= 1:
         doubts.append(f"|L| is {abs(loop.L[-1]):.2g} at the last point: what follows is not known")
     if unsure.any() or abs(loop.L[-1]) + loop.radius[-1] >= 1:
         return None
+    distance = 1 + loop.L
     turned = float(np.sum(np.angle(distance[1:] / distance[:-1])))
     order = loop.poles_at_zero
     # From zero to the first point, and from the last, where L vanishes, to the end.
@@ -160,87 +169,3 @@ def _encirclements(loop: MeasuredLoop, doubts: list[str]) -> int | None:
         doubts.append(f"1 + L turns {whole:.2f} times: what is assumed beyond the band is wrong")
         return None
     return -round(whole)
-
-
-def _modulus(loop: MeasuredLoop) -> MeasuredMargin:
-    distance = np.abs(1 + loop.L)
-    k = int(np.argmin(distance))
-    return MeasuredMargin(
-        float(distance[k]),
-        float(max(np.min(distance - loop.radius), 0.0)),
-        float(np.min(distance + loop.radius)),
-        float(loop.hz[k]),
-    )
-
-
-def _gains(loop: MeasuredLoop) -> tuple[MeasuredMargin, MeasuredMargin]:
-    """Return how much the gain may rise and fall."""
-    L, radius = loop.L, loop.radius
-    change = np.flatnonzero(
-        (np.signbit(L.imag[1:]) != np.signbit(L.imag[:-1])) & ((L.real[1:] < 0) | (L.real[:-1] < 0))
-    )
-    share = L.imag[change] / (L.imag[change] - L.imag[change + 1])
-    at = L.real[change] + share * (L.real[change + 1] - L.real[change])
-    hz = loop.hz[change] + share * (loop.hz[change + 1] - loop.hz[change])
-    real, spread = at < 0, np.maximum(radius[change], radius[change + 1])
-    at, hz, spread = at[real], hz[real], spread[real]
-    # Everywhere a disk meets the negative real axis the crossing may be.
-    touch = np.abs(L.imag) <= radius
-    half = np.sqrt(np.maximum(radius[touch] ** 2 - L.imag[touch] ** 2, 0))
-    low, high = L.real[touch] - half, L.real[touch] + half
-    reach = np.concatenate([at, low[low < 0], np.minimum(high, -1e-300)[low < 0]])
-    unsure = bool(np.any((low <= -1) & (high >= -1)))
-
-    def margin(inside: bool) -> MeasuredMargin:
-        chosen = (at > -1) if inside else (at < -1)
-        size = np.abs(20 * np.log10(np.abs(at[chosen]))) if chosen.any() else np.array([])
-        near = reach[(reach > -1) if inside else (reach < -1)]
-        least = (
-            0.0 if unsure else float(np.min(np.abs(20 * np.log10(np.abs(near))), initial=np.inf))
-        )
-        if not len(size):
-            return MeasuredMargin(np.inf, least, np.inf, None)
-        k = int(np.argmin(size))
-        edge = at[chosen][k] + (1 if inside else -1) * spread[chosen][k]
-        most = np.inf if edge >= 0 else abs(20 * np.log10(-edge))
-        value = float(size[k])
-        return MeasuredMargin(value, min(least, value), float(most), float(hz[chosen][k]))
-
-    return margin(True), margin(False)
-
-
-def _phases(loop: MeasuredLoop) -> tuple[MeasuredMargin, MeasuredMargin, tuple[float, ...]]:
-    """Return phase and delay margin, and where |L| = 1."""
-    size = np.abs(loop.L)
-    log = np.log(size)
-    change = np.flatnonzero(np.signbit(log[1:]) != np.signbit(log[:-1]))
-    share = log[change] / (log[change] - log[change + 1])
-    hz = loop.hz[change] + share * (loop.hz[change + 1] - loop.hz[change])
-    step = np.angle(loop.L[change + 1] / loop.L[change])
-    # The turn from −1, positive where L lags less than 180°.
-    turn = np.angle(-loop.L[change]) + share * step
-    turn = np.angle(np.exp(1j * turn))
-    wide = np.arcsin(np.minimum(np.maximum(loop.radius[change], loop.radius[change + 1]), 1.0))
-    touch = np.abs(size - 1) <= loop.radius
-    near = np.angle(-loop.L[touch])
-    near_wide = np.arcsin(np.minimum(loop.radius[touch] / size[touch], 1.0))
-    near_hz = loop.hz[touch]
-    angles = np.concatenate([turn, near])
-    widths, places = np.concatenate([wide, near_wide]), np.concatenate([hz, near_hz])
-    phase = _least(np.abs(turn), wide, np.maximum(np.abs(angles) - widths, 0.0), hz)
-    degrees = 180 / np.pi
-    phase = MeasuredMargin(
-        phase.value * degrees, phase.low * degrees, phase.high * degrees, phase.frequency_hz
-    )
-    late, omega = np.mod(turn, 2 * np.pi), 2 * np.pi * hz
-    latest = np.maximum(np.mod(angles, 2 * np.pi) - widths, 0.0) / (2 * np.pi * places)
-    delay = _least(late / omega, wide / omega, latest, hz)
-    return phase, delay, tuple(float(f) for f in hz)
-
-
-def _least(values: Array, spread: Array, low: Array, hz: Array) -> MeasuredMargin:
-    least = float(np.min(low, initial=np.inf))
-    if not len(values):
-        return MeasuredMargin(np.inf, least, np.inf, None)
-    k = int(np.argmin(values))
-    return MeasuredMargin(float(values[k]), least, float(values[k] + spread[k]), float(hz[k]))

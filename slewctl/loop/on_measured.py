@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from slewctl._types import Array, ComplexArray
 from slewctl.design import Controller
 from slewctl.loop.measured_margin_results import MeasuredMargins
 from slewctl.loop.measured_margins import loop_on, measured_margins
+from slewctl.loop.single.roots import passed
 from slewctl.measured.response import Response
 from slewctl.measured.response_data import channel_of, highest_seen, rig_response
 from slewctl.measured.rig_model import modes_for
@@ -51,6 +53,8 @@ class OnMeasured:
         L for negative feedback, measured and of the model.
     radius : ndarray, shape (k,)
         Of the disk in which the measured one lies.
+    crossings, modelled_crossings : tuple of GainCrossing
+        Of the two loops.
     """
 
     response: Response
@@ -61,16 +65,8 @@ class OnMeasured:
     loop: ComplexArray
     modelled_loop: ComplexArray
     radius: Array
-
-    @property
-    def crossings(self) -> tuple[GainCrossing, ...]:
-        """Of the measured loop."""
-        return gain_crossings(self.hz, self.loop)
-
-    @property
-    def modelled_crossings(self) -> tuple[GainCrossing, ...]:
-        """Of the model's."""
-        return gain_crossings(self.hz, self.modelled_loop)
+    crossings: tuple[GainCrossing, ...]
+    modelled_crossings: tuple[GainCrossing, ...]
 
 
 def on_measured(
@@ -111,6 +107,10 @@ def on_measured(
             for hz, ratio in zip(hertz.tolist(), ratios.tolist(), strict=True)
             if hz <= highest
         ]
+
+    def modelled(hz: Array) -> ComplexArray:
+        return rig_response(rig, channel, modes, 2 * np.pi * hz) * met.law.at(hz)
+
     return OnMeasured(
         response,
         rig_response(rig, channel, modes, response.omega),
@@ -118,17 +118,14 @@ def on_measured(
         margins,
         met.hz,
         met.L,
-        rig_response(rig, channel, modes, 2 * np.pi * met.hz) * met.controller,
+        modelled(met.hz),
         met.radius,
+        gain_crossings(lambda hz: met.at(hz)[0], met.hz),
+        gain_crossings(modelled, met.hz),
     )
 
 
-def gain_crossings(hz: Array, L: ComplexArray) -> tuple[GainCrossing, ...]:
-    """Return where |L| = 1 between the points of a fine grid, with the turn from −1 there."""
-    log = np.log(np.maximum(np.abs(L), np.finfo(float).tiny))
-    change = np.flatnonzero(np.signbit(log[1:]) != np.signbit(log[:-1]))
-    share = log[change] / (log[change] - log[change + 1])
-    turn = np.angle(-L[change]) + share * np.angle(L[change + 1] / L[change])
-    places = hz[change] + share * (hz[change + 1] - hz[change])
-    degrees = np.degrees(np.angle(np.exp(1j * turn)))
-    return tuple(map(GainCrossing, places.tolist(), degrees.tolist()))
+def gain_crossings(L: Callable[[Array], ComplexArray], hz: Array) -> tuple[GainCrossing, ...]:
+    """Return where |L| = 1 between frequencies of a fine grid, with the turn from −1 there."""
+    places = passed(lambda f: np.abs(L(f)) - 1, hz)
+    return tuple(map(GainCrossing, places.tolist(), np.angle(-L(places), deg=True).tolist()))

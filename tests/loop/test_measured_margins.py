@@ -5,8 +5,9 @@ from __future__ import annotations
 import control as ct
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
+from scipy.special import chdtri
 
 import slewctl as sc
 
@@ -34,6 +35,8 @@ def pid(kp: float, kd: float, ki: float, filter_hz: float) -> ct.TransferFunctio
     st.floats(-2, 2), st.floats(-2, 1), st.booleans(), st.floats(1, 100), st.floats(0, 0.02)
 )  # fmt: skip
 @settings(max_examples=15)
+# All but unstable between two points: |1 + L| is 1.47e-3, and 4 % more at the nearest of them.
+@example(1.53125, -0.6875, False, 4.0, 0.009765625)
 def test_margins_and_stability_are_those_of_the_model(
     kp: float, kd: float, integral: bool, filter_hz: float, delay: float
 ) -> None:
@@ -53,9 +56,59 @@ def test_margins_and_stability_are_those_of_the_model(
         margin, true = getattr(found, name), getattr(exact, name).value
         where = getattr(exact, name).frequency_hz
         if where is not None and HZ[0] < where < HZ[-1]:
-            assert margin.low * (1 - 2e-3) <= true <= margin.high * (1 + 2e-3), name
+            assert margin.low * (1 - 1e-6) <= true <= margin.high * (1 + 1e-6), name
             assert margin.value == pytest.approx(true, rel=2e-2, abs=2e-3), name
         assert margin.low <= margin.value <= margin.high, name
+
+
+@pytest.mark.parametrize("damping", [1e-4, 1e-2])
+def test_a_notch_narrower_than_the_points_are_apart_is_seen(damping: float) -> None:
+    # Of a controller that is known everywhere: it needs no point in the notch.
+    w = 2 * np.pi * 1.2345678
+    notch = ct.tf([1, 2e-6 * w, w * w], [1, 2 * damping * w, w * w])
+    law = pid(0.3, 0.1, 0.0, 20.0) * notch
+    found, exact = sc.margins(MEASURED, law), sc.margins(PLANT, law)
+    assert found.stable
+    for name in ("gain_db", "phase_deg", "delay_s", "modulus"):
+        margin, true = getattr(found, name), getattr(exact, name).value
+        assert margin.low * (1 - 1e-6) <= true <= margin.high * (1 + 1e-6), name
+    assert found.crossings_hz == pytest.approx(exact.gain_crossings_hz, rel=1e-6)
+
+
+def test_no_figure_depends_on_where_the_places_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    coarse, law = response(PLANT, np.geomspace(0.05, 100, 150)), pid(0.3, 0.1, 0.02, 20.0)
+    every = []
+    for places in (4, 7):
+        monkeypatch.setattr("slewctl.loop.measured_loop._PLACES", places)
+        every.append(sc.margins(coarse, law, delay=0.004))
+    one, other = every
+    assert one.crossings_hz == pytest.approx(other.crossings_hz, rel=1e-12)
+    for name in ("gain_db", "phase_deg", "delay_s", "modulus"):
+        mine, its = getattr(one, name), getattr(other, name)
+        assert mine.value == pytest.approx(its.value, rel=1e-9), name
+        assert (mine.low, mine.high) == pytest.approx((its.low, its.high), rel=1e-2), name
+
+
+def test_the_interval_of_a_crossing_is_where_the_strip_may_cross() -> None:
+    # An integrator with dead time, in disks of a tenth: |L| may be one from 0.9 to 1.1 rad/s.
+    hz = np.geomspace(0.01, 10, 400)
+    relative = 0.1
+    level = relative / np.sqrt(chdtri(2, 0.05))
+    values = 1 / (2j * np.pi * hz) * np.exp(-2j * np.pi * hz * 0.3)
+    found = sc.measured_margins(sc.Response(hz, values, np.full(len(hz), level)), 1.0)
+    lag = np.degrees(np.arcsin(relative))
+    late = 0.3 * np.array([1 + relative, 1 - relative])
+    low, high = 90 - np.degrees(late)
+    assert found.phase_deg.value == pytest.approx(90 - np.degrees(0.3), rel=1e-4)
+    # The farthest of L + e on the circle is between the angle alone and both together.
+    assert low - lag - 0.1 < found.phase_deg.low < low
+    assert high < found.phase_deg.high < high + lag + 0.1
+    # |L| where it is real is known to a tenth, and where that is to the angle of its disk.
+    omega = np.pi / 2 / 0.3
+    exact = 20 * np.log10(omega)
+    assert found.gain_db.value == pytest.approx(exact, rel=1e-4)
+    assert found.gain_db.low < exact + 20 * np.log10(1 / 1.1) + 1e-6
+    assert found.gain_db.high > exact + 20 * np.log10(1 / 0.9) - 1e-6
 
 
 @pytest.mark.parametrize(

@@ -72,15 +72,15 @@ def test_model_and_measurement_agree_where_they_are_the_same_rig() -> None:
         assert one.phase_deg == pytest.approx(other.phase_deg, abs=0.5)
     assert {root.kind for root in met.roots} == {"pole", "zero"}
     least = min(abs(each.phase_deg) for each in met.crossings)
-    assert met.margins.phase_deg.value == pytest.approx(least)
+    assert met.margins.phase_deg.value == pytest.approx(least, rel=1e-9)
 
 
 def test_crossings_of_an_integrator_are_where_they_must_be() -> None:
     hz = np.geomspace(0.01, 10, 300)
-    (only,) = gain_crossings(hz, 0.5 / (1j * hz))
-    assert only.frequency_hz == pytest.approx(0.5, rel=1e-3)
+    (only,) = gain_crossings(lambda f: 0.5 / (1j * f), hz)
+    assert only.frequency_hz == pytest.approx(0.5, rel=1e-12)
     assert only.phase_deg == pytest.approx(90.0)
-    assert gain_crossings(hz, 1e-3 / (1 + 1j * hz)) == ()
+    assert gain_crossings(lambda f: 1e-3 / (1 + 1j * f), hz) == ()
 
 
 def test_a_design_without_a_slew_has_a_page_with_its_measurement(tmp_path: Path) -> None:

@@ -73,6 +73,13 @@ def polished(
     return root, off
 
 
+def passed(function: Callable[[Array], Array], points: Array) -> Array:
+    """Return where `function` changes its sign between increasing points, to the last digits."""
+    below = np.signbit(function(points))
+    k = np.flatnonzero(below[1:] != below[:-1])
+    return polished(lambda x, _: function(x), points[k], points[k + 1])[0]
+
+
 def _step(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: Array) -> Array:
     """Return the fraction of the way from a to b where the next point lies."""
     with np.errstate(all="ignore"):
