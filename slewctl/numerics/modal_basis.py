@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import LinAlgError, lu_factor, lu_solve
+from scipy.linalg import LinAlgError
 
 from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.numerics.modes import AT_ORIGIN, linked, near
@@ -18,7 +18,6 @@ _WORST = 1e6
 _NEARNESS = (1e-3, 1e-2, 0.1, 0.5)
 # z = −1 in δ = z − 1, and how near to it a pole is taken to be there: its own rounding.
 AT_END, _ROUNDED = -2.0, 64 * float(np.finfo(float).eps)
-_ITERATIONS = 8  # of a factor of about 1e-3 each
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,11 +153,11 @@ def integrated(A: Array, others: Modes, state: int) -> Modes:
 def _known(A: Array) -> float:
     """Return what is zero but for rounding, as an eigenvalue.
 
-    A hundred times what an eigenvalue by itself may be off: of three at the origin the last
-    carries the errors of the null vectors before it.  What is taken for zero is bounded as all
-    that modes leave out.
+    Ten times what an eigenvalue by itself may be off: of several at the origin the last carries
+    the errors of the null vectors before it.  What is taken for zero is bounded as all that
+    modes leave out.
     """
-    return 100 * len(A) * float(np.finfo(float).eps * np.linalg.norm(A))
+    return 10 * len(A) * float(np.finfo(float).eps * np.linalg.norm(A))
 
 
 def _assembled(V: ComplexArray, blocks: list[ComplexArray]) -> Modes:
@@ -184,30 +183,12 @@ def _block_basis(
     A: Array, values: ComplexArray, group: IntArray, reach: float
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return a basis of the invariant subspace of a group, orthonormal, and A on it."""
+    T, Z, k = ordered_complex_schur(A, nearest_of(values, group))
+    if k != len(group):
+        raise LinAlgError("eigenvalues too close to be told apart")
     if np.abs(values[group]).max() > reach:
-        T, Z, k = ordered_complex_schur(A, nearest_of(values, group))
-        if k != len(group):
-            raise LinAlgError("eigenvalues too close to be told apart")
         return Z[:, :k], T[:k, :k]
-    basis = _near_origin(A, np.abs(values), group).astype(complex)
-    return _nilpotent(basis, basis.conj().T @ A @ basis, _known(A))
-
-
-def _near_origin(A: Array, sizes: Array, group: IntArray) -> Array:
-    """Return an orthonormal basis of the subspace of the smallest eigenvalues.
-
-    By inverse iteration: a step makes what is outside smaller by the ratio of the eigenvalues.
-    """
-    others = np.delete(sizes, group)
-    Z = np.eye(len(A))
-    if not len(others):
-        return Z
-    shift = max(1e-3 * float(others.min()), 2 * float(sizes[group].max()))
-    factors = lu_factor(A - shift * np.eye(len(A)))
-    Z = np.linalg.qr(np.random.default_rng(1).standard_normal((len(A), len(group))))[0]
-    for _ in range(_ITERATIONS):
-        Z = np.linalg.qr(lu_solve(factors, Z))[0]
-    return np.asarray(Z)
+    return _nilpotent(Z[:, :k], T[:k, :k], _known(A))
 
 
 def _nilpotent(Z: ComplexArray, M: ComplexArray, known: float) -> tuple[ComplexArray, ComplexArray]:
