@@ -17,7 +17,7 @@ from slewctl import loop as loops
 from slewctl._types import Array, ComplexArray
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
-from slewctl.design.riccati.lqg import least_cost
+from slewctl.design.riccati.lqg import LeastCost, least_cost
 from slewctl.loop import Loop, Margins, Slew, close
 from slewctl.loop.noise import NoiseLevels, noise_levels
 from slewctl.model import Truth, truth
@@ -45,7 +45,7 @@ class Yardstick:
     model: Truth
     objective: Objective
     _optima: dict[tuple[float, float], Controller] = field(default_factory=dict, repr=False)
-    _least: dict[tuple[float, float], float] = field(default_factory=dict, repr=False)
+    _least: dict[tuple[float, float], LeastCost] = field(default_factory=dict, repr=False)
 
     @property
     def modes(self) -> int:
@@ -72,14 +72,26 @@ class Yardstick:
             self._optima[key] = lqg(self.plant, **clock)
         return self._optima[key]
 
-    def least_cost(self, sample_time: float = 0.0, delay: float = 0.0) -> float:
-        """Return the optimum's cost, unconfirmed where the optimum itself is not known yet."""
+    def least_cost(
+        self, sample_time: float = 0.0, delay: float = 0.0, below: Yardstick | None = None
+    ) -> float:
+        """Return the optimum's cost, unconfirmed where the optimum itself is not known yet.
+
+        Parameters
+        ----------
+        sample_time, delay : float
+            As for `optimum`.
+        below : Yardstick, optional
+            Of fewer modes: what is known of its optimum is begun with.
+        """
         key = (sample_time, delay)
         if key in self._optima:
             return self._optima[key].h2_cost
         if key not in self._least:
-            self._least[key] = least_cost(self.plant, *key)
-        return self._least[key]
+            self._least[key] = least_cost(
+                self.plant, *key, below._least.get(key) if below else None
+            )
+        return self._least[key].value
 
     @cached_property
     def finer(self) -> Yardstick | None:

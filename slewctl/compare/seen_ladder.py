@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from slewctl.compare.case import Case, Origin
@@ -16,12 +16,20 @@ from slewctl.loop import close
 from slewctl.loop.seen_disk import seen_disk_margin
 
 
+@dataclass(frozen=True, eq=False)
 class SeenRung(Rung):
     """A rung whose stability is told by poles, and its disk margin by a curve.
 
     With dead time the poles are those of an approximation.  `value` knows what a ladder's
     figure shows; all else is that of the judgement.
+
+    Attributes
+    ----------
+    below : Yardstick or None
+        Of the rung below.
     """
+
+    below: Yardstick | None = None
 
     @property
     def stable(self) -> bool:
@@ -46,9 +54,9 @@ class SeenRung(Rung):
             return None
         if math.isinf(loop.h2_by_poles.value):
             return math.inf
-        clock = controller.sample_time
+        clock, own = controller.sample_time, self.judgement.yardstick
         try:
-            least = self.judgement.yardstick.least_cost(clock, controller.delay if clock else 0.0)
+            least = own.least_cost(clock, controller.delay if clock else 0.0, self.below)
         except SlewctlError:  # it is told when the ladder is climbed
             return None
         return loop.h2_by_poles.value / least - 1
@@ -85,7 +93,10 @@ def climb_at_once(
     True
     """
     controller = judgement.controller
-    seen = [SeenRung(_closed(step, controller, case), None) for step in steps[:-1]]
+    seen = [
+        SeenRung(_closed(step, controller, case), None, below)
+        for below, step in zip((None, *steps), steps[:-1], strict=False)
+    ]
     return Ladder(
         name=case.name,
         origin=origin,

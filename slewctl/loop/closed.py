@@ -65,6 +65,11 @@ class Loop:
         """Dead time of the loop in s, from a reading to the torque that answers it."""
         return self.controller.delay
 
+    @property
+    def exact_dead_time(self) -> float:
+        """Dead time in s that `response` knows of and `opened` does not."""
+        return 0.0
+
     @cached_property
     def system(self) -> control.StateSpace:
         """The closed loop from the disturbances to the performance outputs."""

@@ -39,6 +39,10 @@ class DelayedLoop(Loop):
         """T in s, of actuator and sensors together."""
         return self.plant.dead_time
 
+    @property
+    def exact_dead_time(self) -> float:
+        return self.late
+
     @cached_property
     def undelayed(self) -> LinearSystem:
         """L without the dead time."""

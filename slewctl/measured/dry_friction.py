@@ -14,8 +14,8 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.arm import Arm
 from slewctl.measured.rig_model import HeldRig, Modes, equations, hold
+from slewctl.numerics.discrete_equations import solve_discrete_riccati
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import solve_discrete_riccati
 from slewctl.plant.statespace import Actuator
 
 STEPS = 6

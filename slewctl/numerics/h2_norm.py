@@ -8,8 +8,9 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.numerics.balance import balance_realisation, balance_system
+from slewctl.numerics.discrete_equations import solve_discrete_lyapunov
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import solve_discrete_lyapunov, solve_lyapunov
+from slewctl.numerics.matrix_equations import solve_lyapunov
 from slewctl.numerics.modes import eigensystem
 
 

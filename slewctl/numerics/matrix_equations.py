@@ -13,10 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import (
     LinAlgError,
+    schur,
     solve_continuous_are,
     solve_continuous_lyapunov,
     solve_triangular,
 )
+from scipy.linalg.lapack import dtrsyl
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError
@@ -43,7 +45,7 @@ class RiccatiSolution:
 
 
 def solve_riccati(
-    A: Array, B: Array, Q: Array, R: Array, *, refine: bool = True
+    A: Array, B: Array, Q: Array, R: Array, *, refine: bool = True, near: Array | None = None
 ) -> RiccatiSolution:
     """Return the stabilising solution of the continuous-time Riccati equation.
 
@@ -53,6 +55,8 @@ def solve_riccati(
     refine : bool
         Whether to go on until only rounding is left: without, a residual of up to 1e-7 may
         remain, and nobody has looked whether the solution stabilises.
+    near : ndarray, shape (m, n), optional
+        A gain that may be near to the optimal one, with which to begin unless refined.
 
     Raises
     ------
@@ -67,10 +71,13 @@ def solve_riccati(
     # Time in units of 1/‖A‖ and X in units that make Q and BBᵀ equally large: the solver's
     # tests for symplecticity are absolute, and would refuse an arm measured in millimetres.
     largest = 2 if refine else None  # one that takes a tenth of the time does for a first look
-    rate = _nonzero(As, largest)
-    size = np.sqrt(_nonzero(Qs, largest)) / _nonzero(Bs, largest)
+    rate = norm_or_one(As, largest)
+    size = np.sqrt(norm_or_one(Qs, largest)) / norm_or_one(Bs, largest)
     An, Bn, Qn = As / rate, Bs * np.sqrt(size / rate), Qs / (size * rate)
-    X, residual = _solved(An, Bn, Qn, refine)
+    found = None
+    if near is not None and not refine:
+        found = _from_gain(An, Bn, Qn, root.T @ (near * scale) / np.sqrt(size * rate))
+    X, residual = found or _solved(An, Bn, Qn, refine)
     gain = solve_triangular(root.T, Bs.T @ (size * X)) / scale
     return RiccatiSolution(size * X / outer, gain, residual)
 
@@ -90,6 +97,8 @@ def solve_lyapunov(A: Array, Q: Array) -> Array:
 
 # With a residual so small a solution is as good as rounding lets it be.
 _SOLVED = 1e-13
+# From a gain that leaves more than this other ways are shorter; with this little it is found.
+_NEAR, _LEFT = 1e-2, 1e-9
 # Newton steps at most, and the relative change of a gain after which none is needed.
 _MOST_STEPS, _STILL = 6, 1e-8
 
@@ -140,6 +149,28 @@ def _refined(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
     return X, _residual(A, B, Q, X)
 
 
+def _from_gain(A: Array, B: Array, Q: Array, gain: Array) -> tuple[Array, float] | None:
+    """Return the solution and its residual from a gain near to it; None if that is not so near.
+
+    Kleinman, IEEE Trans. Automatic Control 13 (1968): the cost of a gain that stabilises, then
+    that of the better gain which follows from it.  Each leaves the square of how far it moved.
+    """
+    residual = _NEAR
+    while residual > _LEFT:
+        T, Z = schur((A - B @ gain).T, output="real")
+        if np.diagonal(T).max() >= 0:
+            return None
+        cost = Q + gain.T @ gain
+        X, scale, _ = dtrsyl(T, T, -Z.T @ cost @ Z, tranb="T")
+        X = Z @ (X * scale) @ Z.T
+        better = B.T @ X
+        left = float(np.linalg.norm(better - gain) ** 2 / np.linalg.norm(cost))
+        if not left < residual:
+            return None
+        gain, residual = better, left
+    return (X + X.T) / 2, residual
+
+
 def _residual(A: Array, B: Array, Q: Array, X: Array) -> float:
     defect, largest = _riccati_defect(A, B, Q, X)
     return float(np.linalg.norm(defect) / largest) if largest else 0.0
@@ -182,10 +213,12 @@ class Regulator:
         kept = _above(C - directions @ seen, noise)
         return cls(A - B @ gain, scaled, kept, gain, root)
 
-    def solve(self, *, refine: bool = True) -> RiccatiSolution:
-        """Return the continuous optimum u = −K x; see `solve_riccati`."""
+    def solve(self, *, refine: bool = True, near: Array | None = None) -> RiccatiSolution:
+        """Return the continuous optimum u = −K x, from a K near to it; see `solve_riccati`."""
         R = np.eye(len(self.root))
-        found = solve_riccati(self.A, self.B, self.C.T @ self.C, R, refine=refine)
+        if near is not None:
+            near = self.root @ (near - self.gain)
+        found = solve_riccati(self.A, self.B, self.C.T @ self.C, R, refine=refine, near=near)
         gain = self.gain + solve_triangular(self.root, found.gain)
         return RiccatiSolution(found.X, gain, found.residual)
 
@@ -202,7 +235,7 @@ def full_column_rank(D: Array) -> bool:
     return bool(np.linalg.svd(D / size, compute_uv=False)[-1] > 1e-9 and len(D) >= D.shape[1])
 
 
-def _nonzero(matrix: Array, order: int | None = 2) -> float:
+def norm_or_one(matrix: Array, order: int | None = 2) -> float:
     """Return the norm of a matrix, or one where there is nothing to scale by."""
     if not np.isfinite(matrix).all():
         raise AccuracyError(
@@ -247,127 +280,3 @@ def stability_threshold(A: Array) -> float:
     """
     scale = balance(A)
     return float(len(A) * np.finfo(float).eps * np.linalg.norm(A / scale[:, None] * scale, 2))
-
-
-# Squarings that a matrix of spectral radius 1 − 1e-12 needs to vanish.
-_MOST_DOUBLINGS = 46
-
-
-def solve_discrete_lyapunov(A: Array, Q: Array) -> Array:
-    """Return the solution of X = A X Aᵀ + Q by doubling.
-
-    R. A. Smith, SIAM J. Applied Mathematics 16 (1968): every step squares A and adds a
-    positive semidefinite matrix where Q is one, so that nothing cancels.
-
-    Parameters
-    ----------
-    A, Q : ndarray, shape (n, n)
-        All eigenvalues of A within the unit circle; Q symmetric.
-
-    Raises
-    ------
-    AccuracyError
-        If the sum does not converge: A is not stable to working precision.
-    """
-    X, power = (Q + Q.T) / 2, A
-    for _ in range(_MOST_DOUBLINGS):
-        with np.errstate(over="ignore", invalid="ignore"):
-            step = power @ X @ power.T
-            X, power = X + (step + step.T) / 2, power @ power
-            added, size = np.linalg.norm(step), np.linalg.norm(X)
-        if not np.isfinite([added, size]).all() or not np.isfinite(power).all():
-            break
-        if added <= np.finfo(float).eps * size:
-            return X
-    raise AccuracyError(
-        "the sampled loop is not stable to working precision",
-        where="lyapunov",
-        remedy="decide its stability first",
-    )
-
-
-def solve_discrete_riccati(
-    A: Array, B: Array, Q: Array, R: Array, S: Array | None = None
-) -> RiccatiSolution:
-    """Return the stabilising solution of the discrete-time Riccati equation.
-
-    X = AᵀXA − (AᵀXB + S)(R + BᵀXB)⁻¹(BᵀXA + Sᵀ) + Q, by structure-preserving doubling (Chu,
-    Fan, Lin and Wang, Int. J. Control 77, 2004) and Newton steps.
-
-    Parameters
-    ----------
-    A, B, Q, R : ndarray, shapes (n, n), (n, m), (n, n), (m, m)
-        R positive definite.
-    S : ndarray, shape (n, m), optional
-        The cost 2 xᵀSu.
-
-    Returns
-    -------
-    RiccatiSolution
-        ``gain`` is (R + BᵀXB)⁻¹(BᵀXA + Sᵀ); the residual is relative to the largest term.
-
-    Raises
-    ------
-    AccuracyError
-        If there is no stabilising solution to working precision.
-    """
-    scale = balance(A)
-    outer = np.outer(scale, scale)
-    root = np.linalg.cholesky(R)
-    An, Qn = A / scale[:, None] * scale, Q * outer
-    Bn = solve_triangular(root, (B / scale[:, None]).T, lower=True).T
-    cross = np.zeros_like(B) if S is None else S * scale[:, None]
-    Sn = solve_triangular(root, cross.T, lower=True).T
-    gain = _first_gain(An - Bn @ Sn.T, Bn, Qn - Sn @ Sn.T) + Sn.T
-    for _ in range(2):
-        X, gain = _newton_step(An, Bn, Qn, Sn, gain)
-    terms = (X, An.T @ X @ An, (An.T @ X @ Bn + Sn) @ gain, Qn)
-    defect = np.linalg.norm(terms[0] - terms[1] + terms[2] - terms[3])
-    largest = max(float(np.linalg.norm(term)) for term in terms)
-    residual = float(defect) / largest if largest else 0.0
-    return RiccatiSolution(X / outer, solve_triangular(root.T, gain) / scale, residual)
-
-
-def _newton_step(A: Array, B: Array, Q: Array, S: Array, gain: Array) -> tuple[Array, Array]:
-    """Return the cost matrix of the feedback −gain, and the better gain that it yields."""
-    closed = A - B @ gain
-    if not np.abs(np.linalg.eigvals(closed)).max() < 1:
-        raise _no_solution()
-    cost = Q - S @ gain - gain.T @ S.T + gain.T @ gain
-    X = solve_discrete_lyapunov(closed.T, cost)
-    weight = np.eye(B.shape[1]) + B.T @ X @ B
-    return X, np.asarray(np.linalg.solve(weight, B.T @ X @ A + S.T))
-
-
-def _first_gain(A: Array, B: Array, Q: Array) -> Array:
-    """Return the gain (I + BᵀXB)⁻¹BᵀXA by doubling, with X in units that make Q and BBᵀ alike."""
-    size = np.sqrt(_nonzero(Q)) / _nonzero(B)
-    E, G, H = A, size * B @ B.T, Q / size
-    eye = np.eye(len(A))
-    for _ in range(_MOST_DOUBLINGS):
-        with np.errstate(over="ignore", invalid="ignore"):
-            try:
-                left = np.linalg.solve(eye + G @ H, np.hstack([E, G]))
-            except LinAlgError as error:
-                raise _no_solution() from error
-            EG, GG = left[:, : len(A)], left[:, len(A) :]
-            step = E.T @ H @ EG
-            grown = E @ GG @ E.T
-            E, G, H = E @ EG, G + (grown + grown.T) / 2, H + (step + step.T) / 2
-            added, reached = np.linalg.norm(step), np.linalg.norm(H)
-        if not all(np.isfinite(matrix).all() for matrix in (E, G, reached)):
-            break
-        if added <= np.finfo(float).eps * reached:
-            X = size * H
-            weight = np.eye(B.shape[1]) + B.T @ X @ B
-            return np.asarray(np.linalg.solve(weight, B.T @ X @ A))
-    raise _no_solution()
-
-
-def _no_solution() -> AccuracyError:
-    return AccuracyError(
-        "the sampled Riccati equation has no stabilising solution to working precision",
-        where="riccati",
-        remedy="check that every undamped mode is penalised and reached by noise, and that no "
-        "multiple of half the sampling rate falls on a mode's frequency",
-    )

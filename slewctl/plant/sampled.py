@@ -18,10 +18,11 @@ import numpy as np
 from slewctl._show import Described
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_nonnegative, check_positive
+from slewctl.numerics.discrete_equations import solve_discrete_lyapunov
 from slewctl.numerics.h2_norm import H2Cost
 from slewctl.numerics.interconnect import closed_matrix
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import solve_discrete_lyapunov, stability_threshold
+from slewctl.numerics.matrix_equations import stability_threshold
 from slewctl.plant.hold import Held, held
 from slewctl.plant.problem import GeneralisedPlant, check_plant
 

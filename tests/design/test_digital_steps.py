@@ -13,9 +13,9 @@ import slewctl as sc
 from slewctl.compare import loop_signals
 from slewctl.design.anti_windup import anti_windup
 from slewctl.design.digital.sections import in_sections
+from slewctl.numerics.discrete_equations import solve_discrete_lyapunov
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import solve_discrete_lyapunov
 
 
 @cache

@@ -12,7 +12,7 @@ from scipy.linalg import solve_discrete_lyapunov as scipy_lyapunov
 from strategies import deterministic
 
 from slewctl import AccuracyError
-from slewctl.numerics.matrix_equations import solve_discrete_lyapunov, solve_discrete_riccati
+from slewctl.numerics.discrete_equations import solve_discrete_lyapunov, solve_discrete_riccati
 
 Array = NDArray[np.float64]
 

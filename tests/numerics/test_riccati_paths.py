@@ -21,6 +21,7 @@ from slewctl.compare.study.grid import objective_of
 from slewctl.model import beam_mass
 from slewctl.numerics import matrix_equations
 from slewctl.numerics.matrix_equations import (
+    _from_gain,
     _of_hamiltonian,
     _refined,
     _solved,
@@ -183,3 +184,28 @@ def test_costs_of_badly_conditioned_loops_are_refined(payload: float) -> None:
     allowed = 1e-11 if np.finfo(np.longdouble).eps < EPS / 10 else 1e-7
     assert checks["cost, Lyapunov against Riccati"] < allowed
     assert checks["cost, two Gramians"] < allowed
+
+
+@pytest.mark.parametrize("modes", [5, 20])
+def test_a_gain_of_fewer_modes_leads_to_the_optimum(modes: int) -> None:
+    few, many = (arm_plant(count, 0.01) for count in (modes - 1, modes))
+    gain = matrix_equations.Regulator.of(few.A, few.B2, few.C1, few.D12).solve().gain
+    names = list(many.linear.state_labels)
+    near = np.zeros((1, len(names)))
+    near[:, [names.index(name) for name in few.linear.state_labels]] = gain
+    regulator = matrix_equations.Regulator.of(many.A, many.B2, many.C1, many.D12)
+    found, exact = regulator.solve(refine=False, near=near), regulator.solve()
+    assert found.residual < 1e-7
+    cost = [np.trace(many.B1.T @ each.X @ many.B1) for each in (found, exact)]
+    assert cost[0] == pytest.approx(cost[1], rel=1e-7)
+    # Kleinman: the cost of a gain, never less than that of the best.
+    assert cost[0] >= cost[1] * (1 - 1e-11)
+
+
+def test_gains_that_lead_nowhere_are_told() -> None:
+    (A, B, Q), X = example_1_1()
+    assert _from_gain(A, B, Q, np.zeros((1, 2))) is None  # the integrators are not held
+    assert _from_gain(A, B, Q, np.array([[1e-3, 1e-3]])) is None  # it is far from the best
+    found = _from_gain(A, B, Q, B.T @ X * (1 + 1e-3))
+    assert found is not None
+    np.testing.assert_allclose(found[0], X, rtol=1e-8)

@@ -18,8 +18,9 @@ from slewctl.design.achieved import achieved
 from slewctl.design.digital.sections import Sections, in_sections
 from slewctl.design.reference import Reference
 from slewctl.errors import DesignError, InputError, check_count
+from slewctl.numerics.discrete_equations import solve_discrete_lyapunov
 from slewctl.numerics.linear_system import LinearSystem
-from slewctl.numerics.matrix_equations import solve_discrete_lyapunov, solve_lyapunov
+from slewctl.numerics.matrix_equations import solve_lyapunov
 from slewctl.numerics.modes import AT_ORIGIN
 from slewctl.plant import GeneralisedPlant, sampled_plant
 

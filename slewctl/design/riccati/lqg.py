@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 
+from slewctl._types import Array
 from slewctl.design.breakdown import guarded
 from slewctl.design.clocked import read_clock
 from slewctl.design.observer import observer_feedback, observer_reference
@@ -142,8 +144,42 @@ def optimal_cost(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class LeastCost:
+    """The cost of an optimum that nobody has confirmed.
+
+    Attributes
+    ----------
+    value : float
+        The squared H2 norm.
+    states : tuple of str
+        Names of the plant's states.
+    gains : tuple of ndarray
+        Of the regulator and, as of the dual, of the filter; none of a sampled controller.
+    """
+
+    value: float
+    states: tuple[str, ...] = ()
+    gains: tuple[Array, ...] = ()
+
+    def near(self, plant: GeneralisedPlant) -> tuple[Array | None, Array | None]:
+        """Return gains for a plant with more states: what is not known of them, zero."""
+        names = list(plant.linear.state_labels)
+        if not (self.gains and set(self.states) <= set(names)):
+            return None, None
+        columns = [names.index(name) for name in self.states]
+        regulator, observer = (np.zeros((len(gain), len(names))) for gain in self.gains)
+        regulator[:, columns], observer[:, columns] = self.gains
+        return regulator, observer
+
+
 @guarded
-def least_cost(plant: GeneralisedPlant, sample_time: float = 0.0, delay: float = 0.0) -> float:
+def least_cost(
+    plant: GeneralisedPlant,
+    sample_time: float = 0.0,
+    delay: float = 0.0,
+    below: LeastCost | None = None,
+) -> LeastCost:
     """Return the cost of `lqg` without its controller, and without what confirms it.
 
     Parameters
@@ -152,11 +188,14 @@ def least_cost(plant: GeneralisedPlant, sample_time: float = 0.0, delay: float =
         Continuous.
     sample_time, delay : float
         In s, of a sampled controller; zero for a continuous one.
+    below : LeastCost, optional
+        Of the same arm with fewer modes, which is little less: a continuous optimum is sought
+        from there.
 
     Returns
     -------
-    float
-        The squared H2 norm, to the residual that the Riccati equations leave: 1e-7 of it.
+    LeastCost
+        To the residual that the Riccati equations leave: 1e-7 of it.
 
     Raises
     ------
@@ -170,12 +209,18 @@ def least_cost(plant: GeneralisedPlant, sample_time: float = 0.0, delay: float =
     >>> arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
     >>> problem = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
     >>> plant = problem.plant("clamped-free", n=1)
-    >>> abs(least_cost(plant) / sc.lqg(plant).h2_cost - 1) < 1e-6
+    >>> abs(least_cost(plant).value / sc.lqg(plant).h2_cost - 1) < 1e-6
     True
     """
     if sample_time:
-        return least_sampled_cost(plant, sample_time, delay)
+        return LeastCost(least_sampled_cost(plant, sample_time, delay))
     check_finite_cost(plant)
-    regulator = Regulator.of(plant.A, plant.B2, plant.C1, plant.D12).solve(refine=False)
-    observer = Regulator.of(plant.A.T, plant.C2.T, plant.B1.T, plant.D21.T).solve(refine=False)
-    return optimal_cost(plant, regulator, observer)
+    near = below.near(plant) if below else (None, None)
+    regulator = Regulator.of(plant.A, plant.B2, plant.C1, plant.D12)
+    observer = Regulator.of(plant.A.T, plant.C2.T, plant.B1.T, plant.D21.T)
+    found = [
+        each.solve(refine=False, near=gain)
+        for each, gain in zip((regulator, observer), near, strict=True)
+    ]
+    names = tuple(plant.linear.state_labels)
+    return LeastCost(optimal_cost(plant, *found), names, tuple(each.gain for each in found))

@@ -12,13 +12,9 @@ from slewctl._types import Array, ComplexArray
 from slewctl.design.breakdown import check_finite
 from slewctl.design.result import Check
 from slewctl.errors import DesignError, InputError
+from slewctl.numerics.discrete_equations import solve_discrete_riccati
 from slewctl.numerics.h2_norm import H2Cost
-from slewctl.numerics.matrix_equations import (
-    Regulator,
-    RiccatiSolution,
-    full_column_rank,
-    solve_discrete_riccati,
-)
+from slewctl.numerics.matrix_equations import Regulator, RiccatiSolution, full_column_rank
 from slewctl.numerics.modes import at_origin
 from slewctl.numerics.observability import unobservable_modes, unreachable_modes
 from slewctl.plant import GeneralisedPlant, check_plant, continuous_equivalent

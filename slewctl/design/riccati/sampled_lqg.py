@@ -24,7 +24,8 @@ from slewctl.design.result import Check, Controller, finished
 from slewctl.design.riccati.integral_action import angle_sensor, slowest_motion
 from slewctl.design.riccati.lqr_kalman import check_assumptions
 from slewctl.design.sampled_estimate import SampledEstimate
-from slewctl.numerics.matrix_equations import RiccatiSolution, solve_discrete_riccati
+from slewctl.numerics.discrete_equations import solve_discrete_riccati
+from slewctl.numerics.matrix_equations import RiccatiSolution
 from slewctl.plant import GeneralisedPlant
 
 
