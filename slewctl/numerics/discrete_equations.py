@@ -8,7 +8,7 @@ from scipy.linalg import LinAlgError, solve_triangular
 from slewctl._types import Array
 from slewctl.errors import AccuracyError
 from slewctl.numerics.balance import balance
-from slewctl.numerics.matrix_equations import RiccatiSolution, norm_or_one
+from slewctl.numerics.matrix_equations import LEFT, NEAR, RiccatiSolution, norm_or_one
 
 # Squarings that a matrix of spectral radius 1 − 1e-12 needs to vanish.
 _MOST_DOUBLINGS = 46
@@ -48,7 +48,14 @@ def solve_discrete_lyapunov(A: Array, Q: Array) -> Array:
 
 
 def solve_discrete_riccati(
-    A: Array, B: Array, Q: Array, R: Array, S: Array | None = None
+    A: Array,
+    B: Array,
+    Q: Array,
+    R: Array,
+    S: Array | None = None,
+    *,
+    refine: bool = True,
+    near: Array | None = None,
 ) -> RiccatiSolution:
     """Return the stabilising solution of the discrete-time Riccati equation.
 
@@ -61,6 +68,11 @@ def solve_discrete_riccati(
         R positive definite.
     S : ndarray, shape (n, m), optional
         The cost 2 xᵀSu.
+    refine : bool
+        Whether to go on until only rounding is left: without, a residual of up to 1e-7 may
+        remain.
+    near : ndarray, shape (m, n), optional
+        A gain that may be near to the optimal one, with which to begin unless refined.
 
     Returns
     -------
@@ -79,9 +91,15 @@ def solve_discrete_riccati(
     Bn = solve_triangular(root, (B / scale[:, None]).T, lower=True).T
     cross = np.zeros_like(B) if S is None else S * scale[:, None]
     Sn = solve_triangular(root, cross.T, lower=True).T
-    gain = _first_gain(An - Bn @ Sn.T, Bn, Qn - Sn @ Sn.T) + Sn.T
-    for _ in range(2):
-        X, gain = _newton_step(An, Bn, Qn, Sn, gain)
+    found = None
+    if near is not None and not refine:
+        found = _from_gain(An, Bn, Qn, Sn, root.T @ (near * scale))
+    if found is None:
+        gain = _first_gain(An - Bn @ Sn.T, Bn, Qn - Sn @ Sn.T) + Sn.T
+        for _ in range(1 + refine):
+            X, gain = _newton_step(An, Bn, Qn, Sn, gain)
+    else:
+        X, gain = found
     terms = (X, An.T @ X @ An, (An.T @ X @ Bn + Sn) @ gain, Qn)
     defect = np.linalg.norm(terms[0] - terms[1] + terms[2] - terms[3])
     largest = max(float(np.linalg.norm(term)) for term in terms)
@@ -98,6 +116,24 @@ def _newton_step(A: Array, B: Array, Q: Array, S: Array, gain: Array) -> tuple[A
     X = solve_discrete_lyapunov(closed.T, cost)
     weight = np.eye(B.shape[1]) + B.T @ X @ B
     return X, np.asarray(np.linalg.solve(weight, B.T @ X @ A + S.T))
+
+
+def _from_gain(A: Array, B: Array, Q: Array, S: Array, gain: Array) -> tuple[Array, Array] | None:
+    """Return the solution and its gain from one near to it; None if that is not so near."""
+    residual = NEAR
+    while residual > LEFT:
+        try:
+            X, better = _newton_step(A, B, Q, S, gain)
+        except AccuracyError:
+            return None
+        moved = better - gain
+        # What the solution leaves of its equation.
+        defect = moved.T @ (moved + B.T @ X @ B @ moved)
+        left = float(np.linalg.norm(defect) / np.linalg.norm(Q + gain.T @ gain))
+        if not left < residual:
+            return None
+        gain, residual = better, left
+    return X, gain
 
 
 def _first_gain(A: Array, B: Array, Q: Array) -> Array:

@@ -98,7 +98,7 @@ def solve_lyapunov(A: Array, Q: Array) -> Array:
 # With a residual so small a solution is as good as rounding lets it be.
 _SOLVED = 1e-13
 # From a gain that leaves more than this other ways are shorter; with this little it is found.
-_NEAR, _LEFT = 1e-2, 1e-9
+NEAR, LEFT = 1e-2, 1e-9
 # Newton steps at most, and the relative change of a gain after which none is needed.
 _MOST_STEPS, _STILL = 6, 1e-8
 
@@ -155,8 +155,8 @@ def _from_gain(A: Array, B: Array, Q: Array, gain: Array) -> tuple[Array, float]
     Kleinman, IEEE Trans. Automatic Control 13 (1968): the cost of a gain that stabilises, then
     that of the better gain which follows from it.  Each leaves the square of how far it moved.
     """
-    residual = _NEAR
-    while residual > _LEFT:
+    residual = NEAR
+    while residual > LEFT:
         T, Z = schur((A - B @ gain).T, output="real")
         if np.diagonal(T).max() >= 0:
             return None

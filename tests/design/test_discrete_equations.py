@@ -11,8 +11,14 @@ from scipy.linalg import solve_discrete_are
 from scipy.linalg import solve_discrete_lyapunov as scipy_lyapunov
 from strategies import deterministic
 
+import slewctl as sc
 from slewctl import AccuracyError
-from slewctl.numerics.discrete_equations import solve_discrete_lyapunov, solve_discrete_riccati
+from slewctl.design.riccati.lqg import least_cost
+from slewctl.numerics.discrete_equations import (
+    _from_gain,
+    solve_discrete_lyapunov,
+    solve_discrete_riccati,
+)
 
 Array = NDArray[np.float64]
 
@@ -92,3 +98,32 @@ def test_without_a_stabilising_solution_is_refused(hidden: str) -> None:
     Q = np.eye(2) if hidden == "input" else np.diag([0.0, 1.0])
     with pytest.raises(AccuracyError, match="no stabilising solution"):
         solve_discrete_riccati(A, B, Q, np.eye(1))
+
+
+@pytest.mark.parametrize("modes", [5, 15])
+def test_a_gain_of_fewer_modes_leads_to_the_sampled_optimum(modes: int) -> None:
+    arm = sc.Arm(sc.Beam(1.0, 1.0, 1.0), sc.Hub(0.3), damping_ratio=0.01)
+    objective = sc.Objective({"tip": 0.1, "torque": 1.0}, {"torque": 0.1, "theta": 0.01})
+    few, many = (sc.generalised_plant(sc.truth(arm, n), objective) for n in (modes - 1, modes))
+    below = least_cost(few, 0.02, 0.03)
+    near = below.near(many.exact.linear.state_labels)
+    assert near[0] is not None
+    assert near[0].shape[1] == len(many.A) + 1  # an input on its way
+    found, plain = least_cost(many, 0.02, 0.03, below), least_cost(many, 0.02, 0.03)
+    exact = sc.lqg(many, sample_time=0.02, delay=0.03).h2_cost
+    assert found.value == pytest.approx(exact, rel=1e-7)
+    assert plain.value == pytest.approx(exact, rel=1e-7)
+    # Kleinman: the cost of a gain, never less than that of the best.
+    assert found.value >= exact * (1 - 1e-11)
+
+
+def test_sampled_gains_that_lead_nowhere_are_told() -> None:
+    A, B, Q = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([[0.5], [1.0]]), np.eye(2)
+    none = np.zeros((2, 1))
+    assert _from_gain(A, B, Q, none, np.zeros((1, 2))) is None  # the integrators are not held
+    exact = solve_discrete_riccati(A, B, Q, np.eye(1))
+    assert _from_gain(A, B, Q, none, exact.gain * 0.5) is None  # it is far from the best
+    found = _from_gain(A, B, Q, none, exact.gain * (1 + 1e-3))
+    assert found is not None
+    np.testing.assert_allclose(found[0], exact.X, rtol=1e-7)
+    np.testing.assert_allclose(found[1], exact.gain, rtol=1e-7)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -20,7 +21,7 @@ from slewctl.design.riccati.lqr_kalman import (
     optimal_filter,
     optimum_checks,
 )
-from slewctl.design.riccati.sampled_lqg import least_sampled_cost, sampled_lqg
+from slewctl.design.riccati.sampled_lqg import Gains, least_sampled_cost, sampled_lqg
 from slewctl.errors import InputError, check_nonnegative, check_positive
 from slewctl.numerics.matrix_equations import Regulator, RiccatiSolution
 from slewctl.plant import GeneralisedPlant, check_plant
@@ -155,22 +156,24 @@ class LeastCost:
     states : tuple of str
         Names of the plant's states.
     gains : tuple of ndarray
-        Of the regulator and, as of the dual, of the filter; none of a sampled controller.
+        Of the regulator, on them and what a clock adds below, and of the filter's dual.
     """
 
     value: float
-    states: tuple[str, ...] = ()
-    gains: tuple[Array, ...] = ()
+    states: tuple[str, ...]
+    gains: tuple[Array, Array]
 
-    def near(self, plant: GeneralisedPlant) -> tuple[Array | None, Array | None]:
+    def near(self, states: Sequence[str]) -> Gains:
         """Return gains for a plant with more states: what is not known of them, zero."""
-        names = list(plant.linear.state_labels)
-        if not (self.gains and set(self.states) <= set(names)):
+        names, known = list(states), len(self.states)
+        if not set(self.states) <= set(names):
             return None, None
-        columns = [names.index(name) for name in self.states]
-        regulator, observer = (np.zeros((len(gain), len(names))) for gain in self.gains)
-        regulator[:, columns], observer[:, columns] = self.gains
-        return regulator, observer
+        columns, found = [names.index(name) for name in self.states], []
+        for gain in self.gains:
+            whole = np.zeros((len(gain), len(names)))
+            whole[:, columns] = gain[:, :known]
+            found.append(np.hstack([whole, gain[:, known:]]))
+        return found[0], found[1]
 
 
 @guarded
@@ -189,8 +192,7 @@ def least_cost(
     sample_time, delay : float
         In s, of a sampled controller; zero for a continuous one.
     below : LeastCost, optional
-        Of the same arm with fewer modes, which is little less: a continuous optimum is sought
-        from there.
+        Of the same arm with fewer modes: the optimum is sought from there.
 
     Returns
     -------
@@ -212,15 +214,14 @@ def least_cost(
     >>> abs(least_cost(plant).value / sc.lqg(plant).h2_cost - 1) < 1e-6
     True
     """
+    exact = plant.exact if sample_time else plant
+    names = tuple(exact.linear.state_labels)
+    near = below.near(names) if below else (None, None)
     if sample_time:
-        return LeastCost(least_sampled_cost(plant, sample_time, delay))
+        cost, gains = least_sampled_cost(plant, sample_time, delay, near)
+        return LeastCost(cost, names, gains)
     check_finite_cost(plant)
-    near = below.near(plant) if below else (None, None)
     regulator = Regulator.of(plant.A, plant.B2, plant.C1, plant.D12)
     observer = Regulator.of(plant.A.T, plant.C2.T, plant.B1.T, plant.D21.T)
-    found = [
-        each.solve(refine=False, near=gain)
-        for each, gain in zip((regulator, observer), near, strict=True)
-    ]
-    names = tuple(plant.linear.state_labels)
-    return LeastCost(optimal_cost(plant, *found), names, tuple(each.gain for each in found))
+    K, L = regulator.solve(refine=False, near=near[0]), observer.solve(refine=False, near=near[1])
+    return LeastCost(optimal_cost(plant, K, L), names, (K.gain, L.gain))

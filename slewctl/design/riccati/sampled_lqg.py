@@ -16,6 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
+from typing import TypeAlias
 
 import numpy as np
 
@@ -27,6 +28,8 @@ from slewctl.design.sampled_estimate import SampledEstimate
 from slewctl.numerics.discrete_equations import solve_discrete_riccati
 from slewctl.numerics.matrix_equations import RiccatiSolution
 from slewctl.plant import GeneralisedPlant
+
+Gains: TypeAlias = tuple[Array | None, Array | None]
 
 
 def sampled_lqg(
@@ -75,17 +78,24 @@ def sampled_lqg(
     )
 
 
-def least_sampled_cost(plant: GeneralisedPlant, sample_time: float, delay: float) -> float:
-    """Return the cost of the sampled LQG controller from its Riccati equations, unconfirmed.
+def least_sampled_cost(
+    plant: GeneralisedPlant, sample_time: float, delay: float, near: Gains = (None, None)
+) -> tuple[float, tuple[Array, Array]]:
+    """Return the cost of the sampled LQG controller, unconfirmed, and its gains.
 
     Parameters
     ----------
     plant : GeneralisedPlant
     sample_time, delay : float
         In s.
+    near : tuple of ndarray
+        Gains of regulator and filter with which to begin.
     """
     late = float(delay) + plant.dead_time
-    return _Design(plant.exact, sample_time, late, "lqg", None, None).cost
+    found = _Design(
+        plant.exact, sample_time, late, "lqg", None, None, refine=False, near=near
+    )  # fmt: skip
+    return found.cost, (found.regulator.gain, found.observer.gain)
 
 
 def _assumptions(T: float, limit: float | None) -> tuple[str, ...]:
@@ -107,9 +117,11 @@ def _assumptions(T: float, limit: float | None) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class _Design(SampledEstimate):
-    """The pieces of a sampled design, each computed once."""
+    """The pieces of a sampled design, each computed once; unless refined, from gains near to it."""
 
     limit: float | None
+    refine: bool = True
+    near: Gains = (None, None)
 
     @property
     def feedback(self) -> Array:
@@ -127,8 +139,9 @@ class _Design(SampledEstimate):
         if self.limit is not None:
             cost[n, n] = self.T / self.limit**2
         return solve_discrete_riccati(
-            A, B, cost[:size, :size], cost[size:, size:], cost[:size, size:]
-        )
+            A, B, cost[:size, :size], cost[size:, size:], cost[:size, size:],
+            refine=self.refine, near=self.near[0],
+        )  # fmt: skip
 
     @cached_property
     def observer(self) -> RiccatiSolution:
@@ -136,7 +149,7 @@ class _Design(SampledEstimate):
         n = len(self.plant.A)
         return solve_discrete_riccati(
             self.whole.A[:n, :n].T, self.plant.C2.T, self.whole.noise[:n, :n],
-            self.whole.sensor_noise,
+            self.whole.sensor_noise, refine=self.refine, near=self.near[1],
         )  # fmt: skip
 
     @cached_property
