@@ -1,9 +1,9 @@
 """Exact integrals of a linear system over a time in which its inputs are held.
 
-The matrix exponential and its integrals are taken over a step so short that nothing is
-lost (C. F. Van Loan, IEEE Trans. Automatic Control 23, 1978) and then doubled.  Every
-doubling adds positive semidefinite matrices, so that stiff modes do no harm: the usual
-single exponential over the whole time holds e^(−Aᵀh), which overflows for them.
+The matrix exponential and its integrals are taken over a step so short that their series end
+soon, and then doubled.  Every doubling adds positive semidefinite matrices, so that stiff
+modes do no harm: the usual single exponential over the whole time (C. F. Van Loan, IEEE
+Trans. Automatic Control 23, 1978) holds e^(−Aᵀh), which overflows for them.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from scipy.linalg import expm
 from slewctl._types import Array
 from slewctl.numerics.balance import balance
 
-# ‖A‖h of the first step: the exponential of its negative is harmless there.
-_SHORT = 0.5
+# ‖A‖h of the first step at most, so that k of the terms leave 1/k! of the first.
+_SHORT, _TERMS = 0.5, 19
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +67,10 @@ def held(A: Array, B: Array, B1: Array, F: Array, h: float) -> Held:
     entering = np.zeros((size, B1.shape[1]))
     entering[:n] = B1 / scale[:n, None]
     step = h / 2**doublings
-    phi, cost, summed = _integrals(whole, weight, step)
+    phi = expm(whole * step)
     phi[n:] = np.eye(m, size, n)  # a held input stays what it is, to the last digit
-    noise = _integrals(whole.T, entering @ entering.T, step)[1]
+    cost, summed = _integrals(whole, weight, step)
+    noise = _integrals(whole.T, entering @ entering.T, step)[0]
     for _ in range(doublings):
         # M(2h) = M + ΦᵀMΦ, and its own integral: N(2h) = N + h M + ΦᵀNΦ.
         summed = summed + step * cost + phi.T @ summed @ phi
@@ -85,15 +86,19 @@ def held(A: Array, B: Array, B1: Array, F: Array, h: float) -> Held:
     )
 
 
-def _integrals(A: Array, Q: Array, h: float) -> tuple[Array, Array, Array]:
-    """Return Φ = e^(Ah), M = ∫₀ʰ e^(Aᵀt)Q e^(At) dt and ∫₀ʰ M(s) ds for a short step."""
-    size = len(A)
-    zero, eye = np.zeros((size, size)), np.eye(size)
-    # The last block column of the exponential holds e^(−Aᵀh) times each integral.
-    blocks = np.block([[-A.T, eye, zero], [zero, -A.T, Q], [zero, zero, A]])
-    last = expm(blocks * h)[:, 2 * size :]
-    phi = last[2 * size :]
-    return phi, phi.T @ last[size : 2 * size], phi.T @ last[:size]
+def _integrals(A: Array, Q: Array, h: float) -> tuple[Array, Array]:
+    """Return M = ∫₀ʰ e^(Aᵀt)Q e^(At) dt and ∫₀ʰ M(s) ds for a short step, as Taylor has them.
+
+    With Lᵏ(Q), the kth derivative of what is integrated, the terms are Lᵏ(Q)hᵏ⁺¹/(k + 1)! and
+    those times h/(k + 2): smaller each by more than half.
+    """
+    term = h * Q
+    once, twice = term, 0.5 * h * term
+    for k in range(2, _TERMS):
+        half = term @ A
+        term = (half + half.T) * (h / k)
+        once, twice = once + term, twice + term * (h / (k + 1))
+    return once, twice
 
 
 def _input_scale(B: Array) -> float:
