@@ -151,10 +151,13 @@ class Ladder(Tabular):
         first, last = self.rungs[0].modes, self.rungs[-1].modes
         lost = self.first_unstable
         if lost is None:
-            margins = [rung.judgement.margins.disk.value for rung in self.rungs]
+            found = [rung.value("disk_margin") for rung in self.rungs]
+            told = [margin for margin in found if margin is not None]
+            if len(told) < len(found):
+                return f"{what}is stable with N = {first} to {last} modes, by little: not proved"
             return what + (
                 f"is stable with N = {first} to {last} modes; its disk margin "
-                f"is {margins[0]:.3g} with N = {first} and {min(margins):.3g} at the least"
+                f"is {told[0]:.3g} with N = {first} and {min(told):.3g} at the least"
             )
         again = "; stable again with all modes" if self.stable_on_truth else ""
         return f"{what}is lost at N = {lost.modes}: {self._how(lost)}{again}"

@@ -56,7 +56,12 @@ def _reading(judgement: Judgement, quantity: Quantity) -> Reading:
             return Reading(math.nan, note=str(error))
         if beyond:
             return Reading(math.nan, note=beyond)
-    reading = quantity.read(judgement)
+    try:
+        reading = quantity.read(judgement)
+    except AccuracyError as error:
+        if quantity.kind != "margin":
+            raise
+        return Reading(math.nan, note=str(error))  # nothing is proved, and so nothing holds
     if math.isnan(reading.value) and not reading.note:
         return reading._replace(note=quantity.needs)
     if math.isinf(reading.value) and not reading.note:

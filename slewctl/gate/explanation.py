@@ -10,7 +10,7 @@ from slewctl.check import Finding
 from slewctl.check.words import sentence, title, value_text
 from slewctl.compare import Judgement, evaluate, on_other_arm, sampling_loss
 from slewctl.compare.reading import read
-from slewctl.errors import SlewctlError
+from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.files import DesignFile
 from slewctl.gate.changes import Change, slower, small_changes
 from slewctl.gate.run import verdicts
@@ -188,7 +188,11 @@ def _limits(design: DesignFile, where: str, judged: Judgement) -> Iterator[str]:
     if not judged.stable:
         yield _unstable(judged, where, design.case.n)
         return
-    margins = judged.margins
+    try:
+        margins = judged.margins
+    except AccuracyError as error:
+        yield f"On {where} {error.what}: {error.remedy}."
+        return
     near = margins.modulus
     at = "at infinite frequency" if near.frequency_hz is None else f"at {near.frequency_hz:.4g} Hz"
     who = f", {near.mode}," if near.mode else ""

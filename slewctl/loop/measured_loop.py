@@ -22,7 +22,7 @@ from slewctl.numerics.linear_system import LinearSystem, nameless
 _PLACES, _HALVINGS = 4, 14
 # L bends, and its disk grows, between two places by no more than these parts of the disk and
 # of |L| and |1 + L| together.
-_OF_DISK, _OF_SIZE = 0.05, 1e-4
+_OF_DISK, _OF_SIZE = 0.02, 1e-4
 # A controller's pole turns L within these multiples of its distance from the axis.
 _BESIDE_POLES = (-8.0, -3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0, 8.0)
 # A pole this near to zero, over the fastest, is one at zero.

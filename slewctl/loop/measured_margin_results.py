@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from slewctl._show import Tabular
 
+MARGINS = ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus")
+
 
 @dataclass(frozen=True)
 class MeasuredMargin:
@@ -78,7 +80,6 @@ class MeasuredMargins(Tabular):
 
     def rows(self) -> list[dict[str, object]]:
         """Return one row for each margin: its name, value, interval and frequency."""
-        names = ("gain_db", "gain_reduction_db", "phase_deg", "delay_s", "modulus")
         return [
             {
                 "margin": name,
@@ -87,7 +88,7 @@ class MeasuredMargins(Tabular):
                 "high": margin.high,
                 "frequency_hz": margin.frequency_hz,
             }
-            for name in names
+            for name in MARGINS
             for margin in [getattr(self, name)]
         ]
 

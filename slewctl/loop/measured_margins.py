@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from slewctl._types import BoolArray
 from slewctl.design import Controller
 from slewctl.errors import check_count, check_nonnegative
 from slewctl.loop.measured_loop import MeasuredLoop, check_reads, measured_loop
-from slewctl.loop.measured_margin_results import MeasuredMargins
+from slewctl.loop.measured_margin_results import MARGINS, MeasuredMargins
 from slewctl.loop.measured_strip import Strip
 from slewctl.loop.parts import System, feedback_sign, negated, state_space
 from slewctl.measured.response import Response, as_response
@@ -119,23 +120,26 @@ def _found(loop: MeasuredLoop, response: Response, unstable: int) -> MeasuredMar
         f"below {loop.hz[0]:.4g} Hz L is c/s^{loop.poles_at_zero}, of which "
         f"{loop.controller_poles_at_zero} are the controller's",
         f"above {loop.hz[-1]:.4g} Hz |L| stays below one; there it is {abs(loop.L[-1]):.2g}",
-        "between points the curve is Akima's, uncertain by its distance from straight lines",
+        "between points the curve is Akima's, uncertain by its distance from straight lines, and "
+        "by circles where they turn; nothing passes between two points that none of them shows",
         "the disks around the points are those of 95 % at each",
     )
     stable = None if count is None else count + poles == 0
     phase, delay, crossings = strip.phases()
-    return MeasuredMargins(
-        stable,
-        count,
-        poles,
-        *strip.gains(),
-        phase,
-        delay,
-        strip.modulus(),
-        crossings,
-        assumed,
+    rise, fall = strip.gains()
+    found = MeasuredMargins(
+        stable, count, poles, rise, fall, phase, delay, strip.modulus(), crossings, assumed,
         tuple(doubts),
-    )
+    )  # fmt: skip
+    if not _crossed_before(loop):
+        return found
+    unknown = {name: replace(getattr(found, name), low=0.0) for name in MARGINS}
+    return replace(found, **unknown)
+
+
+def _crossed_before(loop: MeasuredLoop) -> bool:
+    """Whether |L| = 1 is passed below the first point: at poles at zero it is large."""
+    return bool(loop.poles_at_zero) and abs(loop.L[0]) - loop.radius[0] < 1
 
 
 def _encirclements(loop: MeasuredLoop, unsure: BoolArray, doubts: list[str]) -> int | None:
@@ -149,12 +153,18 @@ def _encirclements(loop: MeasuredLoop, unsure: BoolArray, doubts: list[str]) -> 
     doubts : list of str
         To add to.
     """
+    before = len(doubts)
     if unsure.any():
         first, last = loop.hz[:-1][unsure][0], loop.hz[1:][unsure][-1]
         doubts.append(f"−1 lies within the uncertainty of L, {first:.4g} to {last:.4g} Hz")
     if abs(loop.L[-1]) + loop.radius[-1] >= 1:
         doubts.append(f"|L| is {abs(loop.L[-1]):.2g} at the last point: what follows is not known")
-    if unsure.any() or abs(loop.L[-1]) + loop.radius[-1] >= 1:
+    if _crossed_before(loop):
+        doubts.append(
+            f"|L| is {abs(loop.L[0]):.2g} at the first point, {loop.hz[0]:.4g} Hz, and passes one "
+            "below the first point, where nothing was measured"
+        )
+    if len(doubts) > before:
         return None
     distance = 1 + loop.L
     turned = float(np.sum(np.angle(distance[1:] / distance[:-1])))

@@ -67,14 +67,10 @@ class Strip:
     def modulus(self) -> MeasuredMargin:
         """Return the distance of L from −1."""
         loop, distance = self.loop, self.distance(-1.0)
-        may_be = np.flatnonzero(distance - loop.bend <= np.min(distance + loop.bend))
-        hz = self._lowest(loop.hz[may_be], loop.hz[may_be + 1])
-        L, radius = loop.at(hz)
-        lowest = int(np.argmin(np.abs(1 + L)))
-        most = min(np.min(np.abs(1 + L) + radius), np.min(np.abs(1 + loop.L) + loop.radius))
-        value = float(np.abs(1 + L[lowest]))
-        least = min(float(np.min(distance - self.radius)), value)
-        return MeasuredMargin(value, max(least, 0.0), float(most), float(hz[lowest]))
+        value, hz = self._lowest(distance - loop.bend, 0.0)
+        least = self._lowest(distance - self.radius, -1.0)[0]
+        most = self._lowest(distance - loop.bend, 1.0)[0]
+        return MeasuredMargin(value, max(min(least, value), 0.0), max(most, value), hz)
 
     def gains(self) -> tuple[MeasuredMargin, MeasuredMargin]:
         """Return how much the gain may rise and fall."""
@@ -180,14 +176,33 @@ class Strip:
         omega = _TURN * np.stack([self.loop.hz[first], self.loop.hz[after]], axis=1)
         return Reach(low, high, inside & (side[first] != side[after]), omega)
 
-    def _lowest(self, left: Array, right: Array) -> Array:
-        """Return where |1 + L| is smallest in each of some intervals."""
+    def _lowest(self, bound: Array, times: float) -> tuple[float, float]:
+        """Return the least |1 + L| + `times` the radius, and where.
+
+        Parameters
+        ----------
+        bound : ndarray, shape (m - 1,)
+            It is no less on a segment.
+        times : float
+        """
+        loop = self.loop
+
+        def at(hz: Array) -> Array:
+            L, radius = loop.at(hz)
+            return np.asarray(np.abs(1 + L) + times * radius)
+
+        seen = np.abs(1 + loop.L) + times * loop.radius
+        may_be = np.flatnonzero(bound <= seen.min())
+        left, right = loop.hz[may_be], loop.hz[may_be + 1]
         part, row = np.linspace(0, 1, _POINTS), np.arange(len(left))
         for _ in range(_ROUNDS):
             hz = left[:, None] + part * (right - left)[:, None]
-            k = np.argmin(np.abs(1 + self.loop.at(hz.ravel())[0]).reshape(hz.shape), axis=1)
+            k = np.argmin(at(hz.ravel()).reshape(hz.shape), axis=1)
             left, right = hz[row, np.maximum(k - 1, 0)], hz[row, np.minimum(k + 1, _POINTS - 1)]
-        return np.asarray(0.5 * (left + right))
+        hz = np.concatenate([0.5 * (left + right), loop.hz[[np.argmin(seen)]]])
+        found = at(hz)
+        lowest = int(np.argmin(found))
+        return float(found[lowest]), float(hz[lowest])
 
 
 def _of_runs(extreme: np.ufunc, values: Array, first: IntArray, after: IntArray) -> Array:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from quick_design import QUICK
 
 from slewctl import Hub, assemble, close, generalised_plant, lqg, truth
@@ -17,6 +18,7 @@ from slewctl.arm import vary
 from slewctl.basis import create
 from slewctl.check import NOMINAL, accept, to_annotations
 from slewctl.check.baseline import Baseline
+from slewctl.cli.commands import cli
 from slewctl.compare import Judge
 from slewctl.errors import DesignError
 from slewctl.files import read_design
@@ -237,3 +239,17 @@ def test_what_nobody_reads_is_not_looked_up(
     assert len(result.faults) == 20
     assert "more faults" in result.error
     assert len(asked) <= 100
+
+
+def test_an_arm_without_damping_is_judged_and_fails(tmp_path: Path) -> None:
+    """A mode that feedback moves by 5e-13 of its frequency: on which side nothing can prove."""
+    path = tmp_path / "undamped.toml"
+    assert CliRunner().invoke(cli, ["init", str(path)]).exit_code == 0
+    path.write_text(re.sub(r"damping_ratio = .*", "damping_ratio = 0.0", path.read_text()))
+    checked = CliRunner().invoke(cli, ["check", str(path)])
+    assert checked.exit_code == 1
+    assert "nothing is certain of the loop" in checked.output
+    assert "BROKEN" not in checked.output
+    climbed = CliRunner().invoke(cli, ["ladder", str(path)])
+    assert climbed.exit_code in (0, 1)
+    assert "not proved" in climbed.output

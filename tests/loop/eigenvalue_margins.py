@@ -62,7 +62,10 @@ def eigenvalue_margins(
     else:
         doubts += phase_doubts(broken, turns, gain.omega, gain.rising)
         above = bool(np.median(log_gain(samples.values)) > 0) if not len(turns) else False
-        phase, delay = report.phase(turns, gain.omega, above), report.delay(turns, gain.omega)
+        phase, delay = (
+            report.phase(turns, gain.omega, above),
+            report.delay(turns, gain.omega, above),
+        )
     pairs = [(limit.value, limit.omega) for limit in limits]
     balanced = 1 / disk.value if disk.value else np.inf
     found = {

@@ -424,3 +424,20 @@ def test_a_loop_of_which_little_is_known_needs_no_more_memory() -> None:
         for name in ("value", "slope", "curve", "error", "flat", "most"):
             one, other = getattr(together, name)[k], getattr(alone, name)[0]
             assert one == pytest.approx(other, rel=1e-12)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.1])
+def test_a_loop_that_returns_nothing_stands_everything(step: float) -> None:
+    plant = control.ss([[-0.5]], [[1.0]], [[1.0]], [[0.0]], step)
+    for m in (margins(plant, 0.0), margins(control.ss([[-0.5]], [[0.0]], [[1.0]], [[0.0]], step))):
+        assert m.confirmed
+        assert m.modulus.value == 1
+        assert m.disk.value == 2
+        infinite = (m.gain_db, m.gain_reduction_db, m.phase_deg, m.delay_s, m.complementary)
+        assert all(each.value == np.inf for each in infinite)
+
+
+def test_a_dead_time_beyond_all_that_the_loop_does_is_refused() -> None:
+    for delay in (1e12, 1e300):
+        with pytest.raises(InputError, match="beyond all that the loop does"):
+            margins(control.tf([1], [1, 1]), 0.5, delay=delay)

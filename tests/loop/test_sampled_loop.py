@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from strategies import deterministic
 
+import slewctl as sc
 from slewctl import (
     ClampedFree,
     Controller,
@@ -313,3 +314,21 @@ def test_case_with_a_sampled_design_is_evaluated() -> None:
     travel = np.radians(case.slew.angle_deg) * (case.arm.hub.radius + case.arm.beam.length)
     outside = response.t[np.abs(response.tip - travel) > 0.02 * abs(travel)]
     assert values["settling_time"] == pytest.approx(outside[-1], abs=0.05)
+
+
+@pytest.mark.parametrize("unit", [1e-4, 1e-6, 1e-8])
+def test_margins_do_not_depend_on_the_unit_of_torque(unit: float) -> None:
+    """An arm without friction: its poles at z = 1 had been found to the unit's size only."""
+
+    def found(N: float) -> sc.Margins:
+        arm = sc.Arm(sc.Beam(1.0, N, 1.2 * N), sc.Hub(6.4 * N), damping_ratio=0.01)
+        noise = {"torque": 0.1 * N, "theta": 0.004}
+        problem = sc.Problem(arm, {"tip": 0.012, "torque": N}, noise)
+        law = sc.lqg(problem.plant("arm-matched", 2), sample_time=0.01, delay=0.003)
+        return problem.judge(law).loop.margins
+
+    one, other = found(1.0), found(unit)
+    assert one.confirmed
+    assert other.confirmed
+    for name in ("gain_db", "phase_deg", "delay_s", "disk"):
+        assert getattr(other, name).value == pytest.approx(getattr(one, name).value, rel=1e-7)

@@ -179,7 +179,7 @@ def margins_of(
     first = found.start.end if found.start else 0.0
     above = not len(turns) and abs(loop.on_axis(np.array([first]))[0]) > 1
     phase = report.phase(turns, omega, bool(above), _below(math.degrees(least_turn)))
-    delay = report.delay(turns, omega, least_delay)
+    delay = report.delay(turns, omega, bool(above), phase.at_least, least_delay)
     if search.of_size_one:
         phase, delay = report.all_pass()
     crossings = {

@@ -22,6 +22,9 @@ from slewctl.loop.single.margin_results import Margins
 from slewctl.loop.single.mode_names import Modes, modes_of_loop
 from slewctl.loop.single.stability import UnstableLoopError, check_single, require_stable
 
+# Dead time times the fastest pole: half of the digits of the phase there are left.
+_LATEST = 1e8
+
 
 def classical_margins(
     loop: System,
@@ -85,6 +88,13 @@ def classical_margins(
         )
     named = modes or modes_of_loop(light)
     delay = factors.delay if factors else 0.0
+    if factors and delay * float(np.abs(factors.poles).max(initial=0.0)) > _LATEST:
+        raise InputError(
+            f"the dead time of {delay:g} s is beyond all that the loop does: its phase would be "
+            "rounding alone",
+            where="delay",
+            remedy="give it in seconds",
+        )
     try:
         # Beside a pole bounds are infinite, and what follows from them undecided.
         with np.errstate(all="ignore"):
@@ -103,7 +113,7 @@ def classical_margins(
             where="delay" if delay else "margins",
             remedy="look at the loop without it, and at its delay margin"
             if delay
-            else "take out what feedback does not move, or give plant and controller apart",
+            else "give modes some damping, or take out what feedback does not move",
         ) from error
     except UnstableLoopError:
         if not delay:

@@ -55,7 +55,8 @@ def where_large(shift: float, least: float) -> float:
 def near(shift: float, L: complex, away: float) -> float:
     """Return the least distance of what is no farther than `away` from a value."""
     w = 1 + L
-    return max(abs(w) - away, 0.0) / (abs(1 + shift * w) + abs(shift) * away)
+    over = abs(1 + shift * w) + abs(shift) * away
+    return max(abs(w) - away, 0.0) / over if over else np.inf
 
 
 def _far_in_t(box: Enclosure, t: float) -> BoolArray:

@@ -16,6 +16,7 @@ import numpy as np
 from slewctl._types import Array, ComplexArray
 from slewctl.loop.single.enclosed import Enclosed, Terms, product_curve, reach
 from slewctl.loop.single.factor_error import ErrorBound, majorant
+from slewctl.loop.single.far_poles import FarPoles, far_poles
 from slewctl.loop.single.long_factor import LongFactor
 from slewctl.loop.single.powers import AtZero
 from slewctl.loop.single.quick_error import of_simple_poles
@@ -48,13 +49,11 @@ class Factor:
         self.blocks = [*form.blocks, *single]
         self.at_zero = [AtZero.of(b, form, self.all) if b.nilpotent else None for b in self.blocks]
         at_end = form.alone & (form.poles == AT_END) & self.sampled
-        self.alone = np.flatnonzero(form.alone & (form.poles != 0) & ~at_end)
-        pick = self.alone
+        self.alone = pick = np.flatnonzero(form.alone & (form.poles != 0) & ~at_end)
         self.simple = Terms.of(form.poles[pick], self.sampled)
         coefficient = (form.shape * form.entry)[:, pick]
-        sums = (
-            len(form.poles) + 8 + max((len(block.index) ** 2 for block in self.blocks), default=0)
-        )
+        largest = max((len(block.index) for block in self.blocks), default=0)
+        sums = len(form.poles) + 8 + largest**2
         self.count = sums * ROUNDING
         count = sums * LONG_ROUNDING if form.long else self.count
         self.long = LongFactor(form, self.blocks) if form.long else None
@@ -146,6 +145,7 @@ class Factor:
             value += self.D
             curve, flat = curves[:, : self.outputs], curves[:, self.outputs :]
             near = [1 / self._from_interval(block, c, h) for block in self.blocks]
+            bends: list[Array] = []
             for block, powers, q_block in zip(self.blocks, self.at_zero, near, strict=True):
                 X, X1, X2 = (
                     powers.enclosed(s, q_block[:, 0])
@@ -153,6 +153,9 @@ class Factor:
                     else self._of_block(block, s, h, q_block)
                 )
                 value, slope, curve = value + X, slope + X1, curve + X2
+                bends.append(X2)
+            for group in self.far:
+                group.lower(curve, c, h, bends)
             if self.has_end:
                 value = value + np.multiply.outer((1 - s) / 2, self.at_end)
                 slope = slope - 0.5j * self.at_end
@@ -166,6 +169,12 @@ class Factor:
                 error = error + ROUNDING * np.abs(value) + h[:, None] * self._slope_error(q, near)
             flat = self._flat_curve(c, h, flat) if self.order_at_zero else curve
         return Enclosed(value, slope, curve, error, flat)
+
+    @cached_property
+    def far(self) -> list[FarPoles]:
+        """Slow poles that cancel most of each other, seen from far."""
+        blocks = {k: b for k, b in enumerate(self.blocks) if not (self.at_zero[k] or self.sampled)}
+        return far_poles(self.simple.sigma, self.residue, self.form, blocks)
 
     def tail(self, far: float) -> tuple[ComplexArray, Array]:
         """Return the limit at infinite s, and how far from it X is for |s| ≥ far, shape (p,).

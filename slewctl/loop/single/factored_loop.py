@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray, IntArray
+from slewctl._types import Array, BoolArray, ComplexArray, IntArray
 from slewctl.loop.single.enclosed import Enclosed, from_segment, product_curve, reach
 from slewctl.loop.single.factor import Factor, factor_of
 from slewctl.loop.single.split import in_series
@@ -77,6 +77,10 @@ class Enclosure:
     flat_curve: Array
     flat_error: Array
     most: Array
+
+    def part(self, which: BoolArray) -> Enclosure:
+        """Return some of the intervals."""
+        return Enclosure(*(getattr(self, field.name)[which] for field in fields(self)))
 
     @cached_property
     def bend(self) -> Array:
@@ -302,7 +306,7 @@ class FactoredLoop:
         flat = power * value
         if self.delay:
             turn = np.exp(-1j * c * self.delay)
-            lag = (turn, -1j * self.delay * turn, np.full(len(c), self.delay**2))
+            lag = (turn, -1j * self.delay * turn, np.full(len(c), self.delay * self.delay))
             curve = product_curve(h, (value, slope, curve), lag)
             flat_curve = product_curve(h, (flat, flat_slope, flat_curve), lag)
             slope = slope * turn + value * lag[1]

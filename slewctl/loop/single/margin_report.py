@@ -15,6 +15,10 @@ from slewctl.loop.single.perturbation import Changed, Kind
 _NO_GAIN = "L is nowhere real and negative where the gain would have to {}"
 _SMALL = "|L| is below one at all frequencies"
 _LARGE = "|L| is above one at all frequencies"
+# Of infinite margins less is proved where |L| is too small to be seen, or one at L = 1 alone, as
+# at the beginning of the axis.
+_LARGE_DB, _HALF_TURN = 60.0, 179.9
+_HIDDEN = "whether |L| passes one cannot be told from rounding"
 _NO_SAMPLE = "|L| is not below one at half the sampling frequency: not one whole sample is stood"
 
 
@@ -98,7 +102,9 @@ class Report:
         rise = way == "rise"
         side = sorted(limit for limit in limits if (limit[0] >= 1) == rise)
         if not side:
-            return Crossing(np.inf, None, note=_NO_GAIN.format(way), at_least=at_least)
+            return Crossing(
+                np.inf, None, note=_NO_GAIN.format(way), at_least=at_least, enough=_LARGE_DB
+            )
         factor, omega = side[0] if rise else side[-1]
         # Where L(∞) is the critical value no pole reaches the axis: one becomes infinite.
         posed = np.isfinite(omega) and abs(1 + factor * self.D) > 1e-12
@@ -110,19 +116,31 @@ class Report:
     ) -> Crossing:
         """Return the smallest turn, from turns in rad at the gain crossings ω."""
         if not len(turns):
-            note = _LARGE if above else _SMALL
-            return Crossing(np.inf, None, note=note, at_least=at_least)
+            return _uncrossed(above, at_least, at_least)
         k = int(np.argmin(np.abs(turns)))
         size = float(np.degrees(abs(turns[k])))
         return self._turned("phase", size, float(omega[k]), float(turns[k]), at_least)
 
-    def delay(self, turns: Array, omega: Array, at_least: float | None = None) -> Crossing:
-        """Return the smallest delay, from turns in rad at the gain crossings ω."""
+    def delay(
+        self,
+        turns: Array,
+        omega: Array,
+        above: bool,
+        turn: float | None = None,
+        at_least: float | None = None,
+    ) -> Crossing:
+        """Return the smallest delay, from turns in rad at the gain crossings ω; see `phase`.
+
+        Parameters
+        ----------
+        turn : float, optional
+            What is proved of the phase margin, in degrees.
+        """
         late = self._at_the_end()
         if late is not None:
             return late
         if not len(turns):
-            return Crossing(np.inf, None, note=_SMALL, at_least=at_least)
+            return _uncrossed(above, turn, at_least)
         seconds = np.mod(-turns, 2 * np.pi) / omega
         k = int(np.argmin(seconds))
         return self._turned("delay", float(seconds[k]), float(omega[k]), float(turns[k]), at_least)
@@ -168,3 +186,21 @@ class Report:
         """
         turned = Crossing(180.0, None, note="|L| is one at all frequencies")
         return turned, self._at_the_end() or Crossing(0.0, None)
+
+
+def _uncrossed(above: bool, turn: float | None, at_least: float | None) -> Crossing:
+    """Return a margin of a loop with no gain crossing, or with none that is seen.
+
+    Parameters
+    ----------
+    above : bool
+        Whether |L| is above one.
+    turn : float or None
+        Of L at a crossing that may be there, in degrees: it is no smaller.
+    at_least : float or None
+        What is proved of the margin.
+    """
+    if turn is None or turn >= _HALF_TURN:
+        note = _LARGE if above else _SMALL
+        return Crossing(np.inf, None, note=note, at_least=at_least, enough=-np.inf)
+    return Crossing(np.inf, None, note=_HIDDEN, at_least=at_least)

@@ -10,9 +10,8 @@ from slewctl._show import Tabular
 from slewctl.loop.single.disk import disk_gains, disk_phase_deg
 from slewctl.loop.single.perturbation import Change, Perturbation
 
-# What is proved to less than this, relative, is in doubt; and an infinite gain margin where less
-# than this is proved, in dB.
-_PROVED, _LARGE_DB = 1e-6, 60.0
+# What is proved to less than this, relative, is in doubt.
+_PROVED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -35,6 +34,8 @@ class Crossing:
         None where it follows from the ends of the axis.
     change : Change or None
         From which `perturbation` is made when it is asked for.
+    enough : float
+        An infinite value of which less is proved is in doubt.
     """
 
     value: float
@@ -43,6 +44,7 @@ class Crossing:
     note: str = ""
     at_least: float | None = None
     change: Change | None = field(default=None, repr=False, compare=False)
+    enough: float = field(default=math.inf, repr=False, compare=False)
 
     @property
     def wide(self) -> bool:
@@ -50,7 +52,7 @@ class Crossing:
         if self.at_least is None:
             return False
         if math.isinf(self.value):
-            return self.at_least < _LARGE_DB
+            return self.at_least < self.enough
         return self.at_least < self.value * (1 - _PROVED)
 
     @property

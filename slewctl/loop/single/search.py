@@ -26,6 +26,8 @@ _MOST = 400_000
 _LEVELS = 200
 # Steps towards a smallest value, down to where rounding hides the bend.
 _POLISHED, _NEAREST = 12, 1e-6
+# Of a distance that boxes prove, in bits.
+_BISECTED = 40
 # Into how many parts intervals are cut while there are no more than so many.
 _PARTS = ((4, 32), (12, 16), (32, 8), (128, 4))
 UNIT, REAL, WINDING, LEVEL, MODULUS, DISK, COMPLEMENTARY = range(7)
@@ -324,17 +326,19 @@ class Search:
                 points.add(box.c[left[kind]], box.c[left[kind]], box.h[left[kind]])
         for kind in self.shifts:
             if left[kind].any():
-                self._proved[kind] = min(self._proved[kind], self._nearest(kind, box, left[kind]))
+                self._proved[kind] = self._nearest(kind, box.part(left[kind]))
         if left[WINDING].any():
             self.turn = None
 
-    def _nearest(self, kind: int, box: Enclosure, here: BoolArray) -> float:
-        """Return the largest distance that some boxes prove, by bisection."""
-        low, high = 0.0, min(self._least[kind][0], WIDEST)
-        for _ in range(50):
+    def _nearest(self, kind: int, box: Enclosure) -> float:
+        """Return the largest distance that some boxes prove, or what is proved if that is less."""
+        shift, order = self.shifts[kind], self.loop.order_at_zero
+        low, high = 0.0, min(self._proved[kind], self._least[kind][0], WIDEST)
+        if beyond(shift, box, high, order).all():
+            return high
+        for _ in range(_BISECTED):
             t = 0.5 * (low + high)
-            far = beyond(self.shifts[kind], box, t, self.loop.order_at_zero)[here].all()
-            low, high = (t, high) if far else (low, t)
+            low, high = (t, high) if beyond(shift, box, t, order).all() else (low, t)
         return low
 
 
