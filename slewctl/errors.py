@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 from functools import partial
 from numbers import Integral, Real
+from os import PathLike
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
 from slewctl.escape import one_line
@@ -246,6 +248,30 @@ def check_given(value: T | None, name: str, meaning: str) -> T:
     if value is None:
         raise InputError("missing", where=name, remedy=f"give {meaning}")
     return value
+
+
+def check_type(value: object, kind: type[T], name: str) -> T:
+    """Return `value`; refuse what is of another type."""
+    if isinstance(value, kind):
+        return value
+    raise InputError(f"{shown(value)} is no {kind.__name__}", where=name, remedy="give one")
+
+
+def check_types(values: object, kind: type[T], name: str) -> list[T]:
+    """Return `values` as a list; refuse what is no list of this type, or empty."""
+    found = list(values) if isinstance(values, Iterable) and not isinstance(values, str) else []
+    if found and all(isinstance(value, kind) for value in found):
+        return found
+    raise InputError(
+        f"{shown(values)} is no list of {kind.__name__}", where=name, remedy="give at least one"
+    )
+
+
+def check_path(value: object, name: str) -> Path:
+    """Return the path of a file; refuse what is none."""
+    if isinstance(value, str | PathLike):
+        return Path(value)
+    raise InputError(f"{shown(value)} is no path", where=name, remedy="give the path of a file")
 
 
 def check_choice(value: object, choices: Iterable[str], name: str) -> str:

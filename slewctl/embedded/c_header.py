@@ -111,7 +111,8 @@ def _usage(program: Program) -> list[str]:
     lines = [f"y[{k}]  {sensor}, in {unit(of, k)}" for k, (sensor, of) in read]
     lines += [
         f"angle  reference of the hub's angle, in {unit('rad', m)}",
-        f"feedforward  added to the command, in {unit(out, m + 1)}; zero without one",
+        f"feedforward  added to the command, in {unit(out, m + 1)}: that of the time when it acts;"
+        " zero without one",
         f"returns  the {program.actuator}, in {unit(out, m + 1)}; it acts with a plus sign",
         "",
         f"Every {program.controller.sample_time:g} s; the command is due "

@@ -24,6 +24,9 @@ from slewctl.plant import (
     sampled_plant,
 )
 
+# How far a pole z may be from where the arm's own would be, and is its.
+_NEAR = 0.5
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SampledLoop(Loop):
@@ -110,8 +113,10 @@ class SampledLoop(Loop):
         own = np.linalg.eigvals(self.plant.A).astype(complex)
         own = own[np.abs(own.imag) > self.nyquist_rad_s]
         # The controller hardly moves these, so that each has its z next to where it was.
-        rows, columns = paired(np.abs(np.exp(own * T)[:, None] - z[kept]))
-        found = kept[columns]
+        distance = np.abs(np.exp(own * T)[:, None] - z[kept])
+        rows, columns = paired(distance)
+        near = distance[rows, columns] < _NEAR  # feedback has made something else of the others
+        rows, found = rows[near], kept[columns[near]]
         turns = np.round((own[rows].imag - s[found].imag) * T / (2 * np.pi))
         s[found] += 2j * np.pi / T * turns
         return s

@@ -43,7 +43,9 @@ def norm(system: Plant, p: float | str = 2) -> float:
     >>> sc.norm(lag), sc.norm(lag, "inf")
     (1.0, 1.0)
     """
-    kind = check_choice("inf" if p == math.inf else str(p), ("2", "inf"), "p")
+    kind = check_choice(
+        "inf" if isinstance(p, float) and p == math.inf else str(p), ("2", "inf"), "p"
+    )
     found = state_space(system, "norm")
     if found.nstates and not poles_and_growth(found.A, found.sample_time)[1] < 0:
         return math.inf

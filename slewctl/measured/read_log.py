@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from os import PathLike, fspath
-from pathlib import Path
+from os import PathLike
 
 from slewctl._types import ComplexArray
-from slewctl.errors import InputError, SlewctlError, check_positive
+from slewctl.errors import InputError, SlewctlError, check_path, check_positive
 from slewctl.measured.flaws import clock_of, on_the_clock
 from slewctl.measured.log import Log
 from slewctl.measured.table import holds, pick, pick_real, read_columns
@@ -71,7 +70,7 @@ def read_log(
     >>> log.actuator, log.sensor, round(log.sample_time, 6)
     ('voltage', 'theta', 0.005)
     """
-    path = Path(fspath(file))
+    path = check_path(file, "file")
     held = read_columns(path)
     asked = dict(columns or {})
     for name in asked.values():

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.errors import InputError, SlewctlError, check_choice, check_positive, shown
+from slewctl.errors import InputError, SlewctlError, check_choice, check_path, check_positive, shown
 from slewctl.measured.response import Response
 from slewctl.measured.table import holds, pick, pick_real, read_columns
 from slewctl.measured.units import FREQUENCIES
@@ -85,7 +85,7 @@ def read_response(
     >>> abs(sc.read_response(file, columns).values).round(3).tolist()
     [1.995, 1.0]
     """
-    path = Path(fspath(file))
+    path = check_path(file, "file")
     check_positive(factor, "factor")
     if averages is not None:
         check_positive(averages, "averages")

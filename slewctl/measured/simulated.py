@@ -15,6 +15,7 @@ from slewctl.errors import (
     check_count,
     check_nonnegative,
     check_positive,
+    shown,
 )
 from slewctl.measured.dry_friction import RUBBED, at_the_drive, mean_sign
 from slewctl.measured.log import Log
@@ -99,7 +100,16 @@ def simulated_log(
     check_choice(actuator, ACTUATORS, "actuator")
     for name, value in (("delay", delay), ("noise", noise), ("dry_friction", dry_friction)):
         check_nonnegative(value, name)
-    told = np.asarray(excitation, dtype=float)
+    try:
+        told = np.asarray(excitation, dtype=float)
+    except (TypeError, ValueError):
+        told = np.zeros(0)
+    if told.ndim != 1 or not len(told) or not np.isfinite(told).all():
+        raise InputError(
+            f"{shown(excitation)} is no signal",
+            where="excitation",
+            remedy="give one number for each sample, as from sc.prbs",
+        )
     check_signals([sensor], "sensor", arm.beam)
     driven: Actuator = "voltage" if actuator == "voltage" else "torque"
     system = equations(arm, driven, sensor, Modes(check_count(modes, "modes")), beside=(RUBBED,))

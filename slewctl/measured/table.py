@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.errors import InputError, shown
+from slewctl.errors import InputError, check_path, shown
 from slewctl.export import SUFFIXES, read_data
 from slewctl.textfile import read_text
 
@@ -43,7 +43,7 @@ def read_columns(file: str | PathLike[str]) -> dict[str, ComplexArray]:
     InputError
         If the file is not there, holds no columns of numbers, or its ending is unknown.
     """
-    path = Path(fspath(file))
+    path = check_path(file, "file")
     if path.suffix.lower() in CSV_SUFFIXES:
         return _from_text(path)
     if path.suffix.lower() not in SUFFIXES:

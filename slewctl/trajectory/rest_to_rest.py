@@ -14,13 +14,15 @@ from math import ceil, pi, sqrt
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.errors import AccuracyError, InputError, check_number, check_positive
+from slewctl.errors import AccuracyError, InputError, check_number, check_positive, check_types
 from slewctl.trajectory.costate import FullTorque, Functionals, fastest
 from slewctl.trajectory.shapers import Mode
 
 # Samples of the linear program that Newton's method starts from: at least, for each period of
 # the fastest mode, and at most.
 _LEAST, _A_PERIOD, _MOST = 240, 8, 20_000
+# Of what the torque turns the arm in a period of its modes: beyond, squares are no numbers.
+_FEWEST = 1e-60
 # Bisections of its time: a thousandth of it is near enough for a start.
 _BISECTIONS = 10
 
@@ -99,8 +101,13 @@ def rest_to_rest(
         raise InputError(f"{order} is no order", where="order", remedy="give 1 or 2")
     size = abs(angle) * check_positive(inertia, "inertia")
     size /= check_positive(torque_limit, "torque_limit")
-    if not modes:
-        raise InputError("no mode", where="modes", remedy="give one, or take RigidTimeOptimal")
+    modes = check_types(modes, Mode, "modes")
+    if not _FEWEST < size * max(mode.frequency for mode in modes) ** 2 < 1 / _FEWEST:
+        raise InputError(
+            f"a turn of {angle:g} rad is nothing beside what the torque turns in a period, or all",
+            where="angle",
+            remedy="give angle, torque and inertia in SI units",
+        )
     found = fastest(_started(size, modes, order), size)
     limit = float(np.sign(angle)) * torque_limit * found.signs[0]
     return BangBang(limit, tuple(found.switches.tolist()), found.end)

@@ -16,7 +16,7 @@ from math import ceil, pi
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.errors import AccuracyError, InputError, check_number, check_positive
+from slewctl.errors import AccuracyError, InputError, check_number, check_positive, check_types
 from slewctl.trajectory.fewest import fewest
 from slewctl.trajectory.shapers import TOLERANCE, Mode, Shaper
 
@@ -151,9 +151,8 @@ def robust_shaper(
     >>> bool(robust.residual(12.5) <= 0.05), robust.duration < 0.53
     (True, True)
     """
-    if not bands:
-        raise InputError("no band", where="bands", remedy="give at least one")
-    if not 0 < tolerance < 1:
+    bands = check_types(bands, Band, "bands")
+    if not 0 < check_number(tolerance, "tolerance") < 1:
         raise InputError(
             f"{tolerance:g} is no residual", where="tolerance", remedy="give 0 < tolerance < 1"
         )

@@ -17,7 +17,7 @@ import numpy as np
 
 from slewctl._show import Tabular
 from slewctl._types import Array
-from slewctl.errors import InputError, check_choice, check_number, check_positive
+from slewctl.errors import InputError, check_choice, check_number, check_positive, check_types
 from slewctl.trajectory.profiles import Profile
 
 # Impulses closer than this part of the shaper's duration are one.
@@ -43,7 +43,7 @@ class Mode:
 
     def __post_init__(self) -> None:
         check_positive(self.frequency, "mode.frequency")
-        if not 0 <= self.ratio < 1:
+        if not 0 <= check_number(self.ratio, "mode.ratio") < 1:
             raise InputError(
                 f"{self.ratio:g} is not a damping ratio of a mode that vibrates",
                 where="mode.ratio",
@@ -240,10 +240,8 @@ def shaper(kind: str, modes: Mode | Sequence[Mode], tolerance: float = TOLERANCE
     (0.0, 0.5, 1.0)
     """
     check_choice(kind, SHAPERS, "shaper")
-    several = [modes] if isinstance(modes, Mode) else list(modes)
-    if not several:
-        raise InputError("no mode", where="modes", remedy="give at least one")
-    if not 0 < tolerance < 1:
+    several = [modes] if isinstance(modes, Mode) else check_types(modes, Mode, "modes")
+    if not 0 < check_number(tolerance, "tolerance") < 1:
         raise InputError(
             f"{tolerance:g} is no residual", where="tolerance", remedy="give 0 < tolerance < 1"
         )

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from os import PathLike, fspath
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
 
 from slewctl.design.own.forms import FORMS
 from slewctl.design.stored import SCHEMA
-from slewctl.errors import Faults, InputError, shown
+from slewctl.errors import Faults, InputError, check_path, shown
 from slewctl.export import read_data
 
 _GAINS = ("kp", "ki", "kd", "filter_hz")
@@ -32,7 +31,7 @@ def told_by_file(
     InputError
         If it holds no law, part of one, or says what the options contradict.
     """
-    path = Path(fspath(file))
+    path = check_path(file, "file")
     try:
         data = read_data(path)
     except InputError as error:

@@ -14,7 +14,7 @@ from slewctl._types import Array
 from slewctl.animation.animation import Animation
 from slewctl.animation.movement import Movement
 from slewctl.design.anti_windup import anti_windup
-from slewctl.errors import AccuracyError, InputError, check_choice, check_positive, shown
+from slewctl.errors import AccuracyError, InputError, check_choice, check_type, shown
 from slewctl.loop.closed import Loop
 from slewctl.loop.motion.conditions import Conditions
 from slewctl.loop.motion.continuous_walk import continuous_track
@@ -24,7 +24,7 @@ from slewctl.loop.motion.sampled_walk import sampled_track
 from slewctl.loop.motion.shaped_slew import shaped
 from slewctl.loop.motion.slew import BAND, SlewResponse, SlewSummary
 from slewctl.loop.motion.slew_inputs import Slew
-from slewctl.loop.motion.stepwise import Track, longest_step
+from slewctl.loop.motion.stepwise import Track, check_step, longest_step
 from slewctl.loop.sampled import SampledLoop
 from slewctl.plant.signals import TORQUE
 
@@ -187,8 +187,8 @@ def simulate(loop: Loop, slew: Slew, *, step: float | None = None) -> Simulation
     slew : Slew
         A shaper that is but named is made for this loop.
     step : float, optional
-        The longest one in s; by default a twentieth of the period of the third mode, and a
-        two hundredth of the slew.
+        The longest one in s, a twentieth of the slew at most; by default a twentieth of the
+        period of the third mode, and a two hundredth of the slew.
 
     Returns
     -------
@@ -199,7 +199,8 @@ def simulate(loop: Loop, slew: Slew, *, step: float | None = None) -> Simulation
     UnstableLoopError
         If the loop is unstable.
     InputError
-        For conditions that the loop does not have, or a shaper that cannot be made.
+        For conditions that the loop does not have, a shaper that cannot be made, or a step
+        that is too long.
     AccuracyError
         For more steps than anybody waits for, or a motion that leaves the range of numbers.
     LargeDeflectionError
@@ -216,10 +217,11 @@ def simulate(loop: Loop, slew: Slew, *, step: float | None = None) -> Simulation
     >>> sc.simulate(loop, slew).summary.peak_torque
     0.06
     """
+    check_type(slew, Slew, "slew")
     loop.require_stable("a slew response")
     slew.conditions.require(loop)
     slew = shaped(slew, loop)
-    longest = longest_step(loop, slew) if step is None else check_positive(step, "step")
+    longest = longest_step(loop, slew) if step is None else check_step(step, slew)
     with np.errstate(over="ignore", invalid="ignore"):
         if isinstance(loop, SampledLoop):
             longest = min(longest, loop.sample_time)

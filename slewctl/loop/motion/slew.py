@@ -10,7 +10,7 @@ from scipy.linalg import LinAlgError
 from slewctl._show import Axes, DataFrame, Described, axes_or_new, rows_of, to_frame
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.errors import AccuracyError, InputError, check_choice, check_count
+from slewctl.errors import AccuracyError, InputError, check_choice, check_count, check_type
 from slewctl.loop.closed import Loop
 from slewctl.loop.motion.continuous_motion import ContinuousMotion
 from slewctl.loop.motion.extremes import Search, SlewMotion, Sought
@@ -188,6 +188,7 @@ def simulate_slew(loop: Loop, slew: Slew, points: int = 401) -> SlewResponse:
     >>> response.t.tolist()
     [0.0, 4.0, 6.666666666666666, 9.333333333333332, 12.0]
     """
+    check_type(slew, Slew, "slew")
     loop.require_stable("a slew response")
     if not slew.exact:
         raise InputError(

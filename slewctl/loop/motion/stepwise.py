@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array, BoolArray, IntArray
-from slewctl.errors import AccuracyError
+from slewctl.errors import AccuracyError, InputError, check_positive
 from slewctl.loop.closed import Loop
 from slewctl.loop.motion.exponential_steps import ExponentialSteps
 from slewctl.loop.motion.pushed_arm import AT_MOTOR, PUSHES, Limits, PushedArm
@@ -18,8 +18,8 @@ from slewctl.plant.signals import TORQUE
 
 # A step takes at most this part of a period of the mode of this number …
 _OF_A_PERIOD, _MODE = 20, 3
-# … and of the slew.
-_OF_THE_SLEW = 200
+# … and of the slew, and so many at least see anything of it.
+_OF_THE_SLEW, _AT_LEAST = 200, 20
 # More steps than anybody waits for.
 _MOST = 2_000_000
 # Parts of a step by which two times of it may differ and are one.
@@ -31,6 +31,19 @@ def longest_step(loop: Loop, slew: Slew) -> float:
     omega = loop.model.omega
     period = 2 * math.pi / float(omega[min(_MODE, len(omega)) - 1])
     return min(period / _OF_A_PERIOD, slew.duration_s / _OF_THE_SLEW)
+
+
+def check_step(step: float, slew: Slew) -> float:
+    """Return a longest step in s; refuse one in which a slew would hardly be seen."""
+    most = slew.duration_s / _AT_LEAST
+    if check_positive(step, "step") > most:
+        raise InputError(
+            f"what happens is read at the ends of steps: {step:g} s are too long for a slew of "
+            f"{slew.duration_s:g} s",
+            where="step",
+            remedy=f"give at most {most:.3g} s, or none",
+        )
+    return float(step)
 
 
 @dataclass(frozen=True, eq=False)
