@@ -289,3 +289,16 @@ def test_what_cannot_be_answered_is_refused() -> None:
     if not at_rest.frequency_hz:
         with pytest.raises(InputError, match="critical frequency"):
             perturbation_system(at_rest)
+
+
+@pytest.mark.parametrize("skew", [0.0, 0.7, -0.5])
+def test_a_margin_that_is_reached_at_rest_is_at_zero_and_has_no_system(skew: float) -> None:
+    A = [[0, 1, 0, 0], [-0.119, -0.1115, 0, 0], [0, 0, 0, 1], [0, 0, -917.3, -0.123]]
+    B = [[-0.89, 1.536], [-0.6815, -0.7015], [-1.218, 0.58], [0.178, -1.187]]
+    F = [[-1.471, -0.866, -18.95, 0.3566], [1.105, 0.1163, 9.823, -0.226]]
+    disk = multiloop_disk_margin(control.ss(A, B, F, 0), skew)
+    assert disk.frequency_hz == 0.0  # it had been 1e-17 Hz
+    assert disk.confirmed
+    assert np.allclose(np.imag(disk.factors), 0, atol=1e-6)
+    with pytest.raises(InputError, match="no real-rational perturbation"):
+        perturbation_system(disk)

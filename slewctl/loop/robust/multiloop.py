@@ -43,6 +43,8 @@ AXIS_TOLERANCE = 1e-6
 # Inside of the margin the closed loop is tried at this fraction of it.
 _INSIDE = 1 - 1e-6
 _TRIED = 12  # random changes of phase at that fraction
+# A critical frequency this far below the slowest pole is zero but for rounding.
+_AT_ZERO = 1e-9
 # A factor of this size is infinite.
 _INFINITE = 1e8
 
@@ -201,7 +203,8 @@ def multiloop_disk_margin(
     guaranteed = 1 / peak.upper if peak.upper else np.inf
     factors = _factors(delta, sigma)
     distance = _on_axis(loop, M, peak, factors) if np.isfinite(reached) else 0.0
-    hertz = float(peak.omega / (2 * np.pi)) if np.isfinite(peak.omega) else None
+    omega = 0.0 if peak.omega <= _AT_ZERO * _slowest(S) else peak.omega
+    hertz = float(omega / (2 * np.pi)) if np.isfinite(omega) else None
     return MultiloopDisk(
         guaranteed,
         reached,
@@ -213,6 +216,13 @@ def multiloop_disk_margin(
         distance <= AXIS_TOLERANCE and _stable_inside(loop, guaranteed, sigma),
         _mode(loop, hertz),
     )
+
+
+def _slowest(closed: LinearSystem) -> float:
+    """Return the rate of the slowest pole in rad/s."""
+    step = closed.sample_time
+    poles = np.linalg.eigvals(closed.A)
+    return float(np.abs((poles - 1) / step if step else poles).min(initial=np.inf))
 
 
 def perturbation_system(disk: MultiloopDisk) -> control.StateSpace:
