@@ -101,6 +101,8 @@ def rest_to_rest(
         raise InputError(f"{order} is no order", where="order", remedy="give 1 or 2")
     size = abs(angle) * check_positive(inertia, "inertia")
     size /= check_positive(torque_limit, "torque_limit")
+    if isinstance(modes, Sequence) and not len(modes):
+        raise InputError("no mode", where="modes", remedy="give one, or take RigidTimeOptimal")
     modes = check_types(modes, Mode, "modes")
     if not _FEWEST < size * max(mode.frequency for mode in modes) ** 2 < 1 / _FEWEST:
         raise InputError(

@@ -11,7 +11,7 @@
  *
  * y[0]  theta, in rad
  * angle  reference of the hub's angle, in rad
- * feedforward  added to the command, in V; zero without one
+ * feedforward  added to the command, in V: that of the time when it acts; zero without one
  * returns  the voltage, in V; it acts with a plus sign
  *
  * Every 0.005 s; the command is due 0 s after the readings.
