@@ -14,6 +14,7 @@ import numpy as np
 from slewctl._types import Array, BoolArray, IntArray
 from slewctl.loop.measured_loop import MeasuredLoop
 from slewctl.loop.measured_margin_results import MeasuredMargin
+from slewctl.loop.single.enclosed import from_segment
 from slewctl.loop.single.roots import passed
 
 # A smallest distance is looked for between so many points, again and again about the lowest.
@@ -56,9 +57,8 @@ class Strip:
 
     def distance(self, point: float) -> Array:
         """Return how far each segment is from a real point, shape (m − 1,)."""
-        away, size = point - self.start, np.abs(self.step) ** 2
-        t = (away * self.step.conj()).real / np.where(size > 0, size, 1.0)
-        return np.abs(away - np.clip(t, 0, 1) * self.step)
+        half = 0.5 * self.step
+        return from_segment(self.start + half, half, np.ones(len(half)), point)
 
     def near(self, point: float) -> BoolArray:
         """Return on which segments L may be there, shape (m − 1,)."""

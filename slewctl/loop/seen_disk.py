@@ -67,12 +67,13 @@ def seen_disk_margin(loop: Seen) -> float:
     >>> abs(seen_disk_margin(loop) / loop.margins.disk.value - 1) < 1e-5
     True
     """
+    omega = _frequencies(loop)
     if not (loop.exact_dead_time or loop.opened.D.any()):
         quick = ClosedResponse(loop)
-        least, at = _lowest(quick, _frequencies(loop))
+        least, at = _lowest(quick, omega)
         if quick.off(at) <= _OFF:
             return least
-    return _lowest(loop.response, _frequencies(loop))[0]
+    return _lowest(loop.response, omega)[0]
 
 
 def _lowest(response: Callable[[Array], ComplexArray], omega: Array) -> tuple[float, float]:
