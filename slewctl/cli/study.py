@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -60,6 +61,7 @@ def study(
         from slewctl.report import write_study  # matplotlib is only needed here
 
         cluster = nullcontext() if dask is None else dask_cluster(dask)
+        logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # tasks of connections that break
         # What is wrong with the results or the cluster is no fault of the file.
         elsewhere = {"dask": "--dask", "executor": "--dask", "study": str(file), "": str(file)}
         with (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import random
 import signal
@@ -23,6 +24,7 @@ from heed_signals import heed_signals
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slewctl.compare.study.dask_cluster import dask_cluster
 from slewctl.compare.study.processes import Processes
 from slewctl.compare.study.results_file import Row, rows
 from slewctl.compare.study.sweep import Groups, Piece, WorkerDiedError, _limited, sweep
@@ -286,6 +288,17 @@ def test_dask_cluster_gives_the_same_rows(tmp_path: Path) -> None:
         sweep(sweep_work.eigenvalues, pieces(8), tmp_path / "d", stamp=STAMP,
               executor=client.get_executor())  # fmt: skip
     assert rows(tmp_path / "d") == rows(tmp_path / "p")
+
+
+@pytest.mark.parametrize("logger", ["distributed.batched", "distributed.client"])
+def test_dask_says_nothing_beside_the_error(logger: str) -> None:
+    """A connection that breaks is logged, with its traceback, by any of Dask's modules."""
+    with (
+        pytest.raises(InputError, match="no Dask scheduler answers"),
+        dask_cluster("tcp://[::1]:1"),
+    ):
+        pass
+    assert not logging.getLogger(logger).isEnabledFor(logging.ERROR)
 
 
 def test_an_error_in_a_worker_comes_back_as_it_was(tmp_path: Path) -> None:

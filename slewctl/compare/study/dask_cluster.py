@@ -16,6 +16,10 @@ from slewctl.versions import difference, versions
 # Seconds in which a scheduler, and a first worker, must answer.
 _TIMEOUT = 10
 
+# Loggers with levels of their own which, when a connection breaks, print lines and tracebacks
+# beside the one error that is raised for it, sometimes after it: so they stay silent.
+_SAY_IT_TOO = ("distributed", "distributed.client", "tornado.application")
+
 
 @contextmanager
 def dask_cluster(address: str) -> Iterator[Executor]:
@@ -24,7 +28,8 @@ def dask_cluster(address: str) -> Iterator[Executor]:
     Scheduler and workers run the code that they are sent, and this process unpickles what
     they send back: without TLS whoever can reach the address can run code on all of them.
     Name only a scheduler that you trust, in a network that you trust; ``tls://`` takes its
-    certificates from Dask's configuration (``distributed.comm.tls``).
+    certificates from Dask's configuration (``distributed.comm.tls``). What fails is raised as
+    an error, and Dask's own log of it is silenced in this process.
 
     Parameters
     ----------
@@ -55,7 +60,8 @@ def dask_cluster(address: str) -> Iterator[Executor]:
         raise InputError(
             "Dask is not installed", where="dask", remedy="pip install 'slewctl[dask]'"
         ) from error
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # told in our words
+    for name in _SAY_IT_TOO:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     _check_address(distributed, address)
     with distributed.Client(address, timeout=_TIMEOUT, set_as_default=False) as client:
         _check_workers(client, address)
