@@ -257,8 +257,15 @@ def stacked(
     return panels
 
 
+# How far in nepers, and in rad, a curve may go beyond two points of it between them.
+_BEYOND = 1.0
+
+
 def refined(omega: Array, values: ComplexArray, parts: int = 4) -> tuple[Array, ComplexArray]:
-    """Return a loop's curve with more points: its log by a cubic through each pair of points."""
+    """Return a loop's curve with more points: its log by a cubic through each pair of points.
+
+    Beside a pole on the axis, where it is hardly a cubic, it stays near to both.
+    """
     apart = np.r_[True, np.diff(np.log(omega)) > 0]
     omega, values = omega[apart], values[apart]
     u = np.log(omega)
@@ -269,8 +276,11 @@ def refined(omega: Array, values: ComplexArray, parts: int = 4) -> tuple[Array, 
     # Hermite's cubics, of the values at both ends and of the slopes there.
     ends = (1 + 2 * t) * (1 - t) ** 2 * log[:-1, None] + t**2 * (3 - 2 * t) * log[1:, None]
     bends = t * (1 - t) ** 2 * slopes[:-1, None] + t**2 * (t - 1) * slopes[1:, None]
-    log_fine = np.append((ends + width * bends).ravel(), log[-1])
-    return np.exp(fine), np.exp(log_fine)
+    log_fine = ends + width * bends
+    for part, cubic in ((log.real, log_fine.real), (log.imag, log_fine.imag)):
+        both = np.stack([part[:-1, None], part[1:, None]])
+        np.clip(cubic, both.min(axis=0) - _BEYOND, both.max(axis=0) + _BEYOND, out=cubic)
+    return np.exp(fine), np.exp(np.append(log_fine.ravel(), log[-1]))
 
 
 def _line(points: Array) -> str:

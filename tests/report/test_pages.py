@@ -85,6 +85,16 @@ def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pic
     assert not re.search(r"\bnan\b", shown, flags=re.I)
 
 
+def test_the_page_of_an_arm_without_damping_reads_as_sentences(tmp_path: Path) -> None:
+    case = read_design(DESIGNS / "01-paper-beam.toml").case
+    undamped = replace(case, arm=replace(case.arm, damping_ratio=0.0), orders=(3,))
+    text = write_comparison(compare([undamped]), tmp_path).read_text(encoding="utf-8")
+    assert "The arm has no damping" in text
+    shown = re.sub(r"<(script|style|svg).*?</\1>", "", text, flags=re.S)
+    words = re.sub(r"</?(b|i|a|span|sub|sup|code)\b[^>]*>", "", shown)
+    assert not re.findall(r"[a-z)][.:;,][A-Z]\w*", words)
+
+
 @pytest.mark.parametrize("kind", ["comparison", "paper"])
 def test_reports_are_the_same_bytes_every_time(pages: dict[str, Path], kind: str) -> None:
     first, second = pages[f"{kind}-first"].parent, pages[f"{kind}-second"].parent

@@ -164,6 +164,18 @@ def test_refined_curves_follow_a_resonance() -> None:
     assert np.abs(found / loop(fine) - 1).max() < 0.02
 
 
+@pytest.mark.parametrize("apart", [1e-4, 1e-9, 1e-14])
+def test_refined_curves_stay_near_to_an_undamped_resonance(apart: float) -> None:
+    """A cubic through a pole on the axis would go to 1e±1000 between two points."""
+    near = apart * np.array([1.0, 0.7, 0.5])
+    omega = np.unique(np.r_[np.geomspace(0.1, 10, 60), 1 - near, 1 + near])
+    values = 1 / (1 - omega**2) + 0j
+    _, found = refined(omega, values)
+    assert np.abs(found).max() < np.e * np.abs(values).max()
+    assert np.abs(found).min() > np.abs(values).min() / np.e
+    assert np.ptp(np.unwrap(np.angle(found))) < np.pi + 2  # no turn that is not there
+
+
 def loop(omega: np.ndarray) -> np.ndarray:
     s = 1j * omega
     return 1 / (s**2 + 0.1 * s + 1)
