@@ -24,11 +24,15 @@ from slewctl.trajectory.shapers import TOLERANCE, Mode, Shaper
 _A_TURN, _LEAST = 300, 101
 # Every so manieth of them is held from the beginning, in so many directions.
 _FIRST, _SIDES = 20, 4
+# Frequencies beside a highest one, where it may be higher.
+_FINER = 9
 # What the limit is lowered by for what lies between them, the overshoot that ends the search,
 # both relative, and its rounds at most.
 _BETWEEN, _ROOM, _CUTS = 2e-4, 1e-5, 60
-# Impulses of less than this are none.
-_NONE = 1e-9
+# Smaller residuals are beyond what the linear programs are solved to.
+_SMALLEST = 1e-6
+# Impulses of less than this, in units of the tolerance, are none.
+_NONE = 1e-8
 # A shaper of so many times its first guess is not sought.
 _DOUBLINGS = 6
 # Samples in half the shortest period without a clock of its own.
@@ -127,7 +131,7 @@ def robust_shaper(
     ----------
     bands : sequence of Band
     tolerance : float
-        Largest residual anywhere in them, between 0 and 1.
+        Largest residual anywhere in them, at least 1e-6 and less than 1.
     sample_time : float, optional
         Of the grid in s, a controller's clock; by default a twelfth of half the shortest
         period.
@@ -152,9 +156,11 @@ def robust_shaper(
     (True, True)
     """
     bands = check_types(bands, Band, "bands")
-    if not 0 < check_number(tolerance, "tolerance") < 1:
+    if not _SMALLEST <= check_number(tolerance, "tolerance") < 1:
         raise InputError(
-            f"{tolerance:g} is no residual", where="tolerance", remedy="give 0 < tolerance < 1"
+            f"{tolerance:g} is no residual that can be held",
+            where="tolerance",
+            remedy=f"give {_SMALLEST:g} <= tolerance < 1",
         )
     fastest = pi / max(band.high for band in bands)
     step = fastest / _SAMPLES if sample_time is None else check_positive(sample_time, "sample_time")
@@ -192,7 +198,7 @@ def _shortest(bands: Sequence[Band], tolerance: float, step: float) -> Shaper:
             where="robust_shaper",
             remedy="allow a larger tolerance, or give narrower bands",
         )
-    kept = np.flatnonzero(found > _NONE)
+    kept = np.flatnonzero(found > _NONE * tolerance)
     amplitudes = found[kept] / found[kept].sum()
     times = step * (kept - kept[0])
     return Shaper("robust", tuple(times.tolist()), tuple(amplitudes.tolist()))
@@ -203,35 +209,53 @@ def _impulses(samples: int, bands: Sequence[Band], tolerance: float, step: float
     from scipy.optimize import linprog  # slow to load: not before it is wanted
 
     back = step * np.arange(-samples, 1.0)
-    waves, starts = [], []
-    for band in bands:
-        w = band.frequencies(_count(band, samples * step))[:, None]
-        waves.append(np.exp((band.ratio + 1j * np.sqrt(1 - band.ratio**2)) * w * back))
-        starts.append(np.unique([*range(0, len(w), _FIRST), len(w) - 1]))
+    grids = [band.frequencies(_count(band, samples * step)) for band in bands]
+    waves = [_waves(band, w, back) for band, w in zip(bands, grids, strict=True)]
     turns = np.exp(2j * pi * np.arange(_SIDES) / _SIDES)[:, None, None]
     rows = [
-        (turns * wave[at]).real.reshape(-1, len(back))
-        for wave, at in zip(waves, starts, strict=True)
+        (turns * wave[np.unique([*range(0, len(wave), _FIRST), len(wave) - 1])]).real
+        for wave in waves
     ]
+    limits = np.vstack([row.reshape(-1, len(back)) for row in rows])
     for _ in range(_CUTS):
-        limits = np.vstack(rows)
+        # In units of the tolerance, for the solver's own is absolute.
         found = linprog(
-            step * np.arange(samples + 1.0), A_ub=limits, b_ub=np.full(len(limits), tolerance),
+            step * np.arange(samples + 1.0), A_ub=limits / tolerance, b_ub=np.ones(len(limits)),
             A_eq=np.ones((1, len(back))), b_eq=np.ones(1), bounds=(0, None), method="highs",
         )  # fmt: skip
         if found.x is None or found.status != 0:
             return None
-        left = [wave @ found.x for wave in waves]
-        if max(float(np.abs(one).max()) for one in left) <= tolerance * (1 + _ROOM):
+        tops = [_tops(*each, back, found.x) for each in zip(bands, grids, waves, strict=True)]
+        cuts = [_cuts(*top, tolerance * (1 + _ROOM)) for top in tops]
+        if not any(len(cut) for cut in cuts):
             return np.asarray(found.x, dtype=float)
-        rows += [_cut(wave, one, tolerance) for wave, one in zip(waves, left, strict=True)]
+        limits = np.vstack([limits, *cuts])
     return None
 
 
-def _cut(waves: ComplexArray, left: ComplexArray, tolerance: float) -> Array:
-    """Return the tangents that residuals cross, at the highest of each run of frequencies."""
-    size = np.abs(left)
+def _waves(band: Band, frequencies: Array, back: Array) -> ComplexArray:
+    """Return what an impulse at each time leaves at the end, shape (frequencies, times)."""
+    pole = (band.ratio + 1j * np.sqrt(1 - band.ratio**2)) * frequencies
+    return np.asarray(np.exp(pole[:, None] * back))
+
+
+def _tops(
+    band: Band, grid: Array, waves: ComplexArray, back: Array, impulses: Array
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return waves and residuals at the highest of each run of frequencies, between them too."""
+    size = np.abs(waves @ impulses)
     higher = np.concatenate([[True], size[1:] > size[:-1]])
     higher &= np.concatenate([size[:-1] >= size[1:], [True]])
-    at = np.flatnonzero(higher & (size > tolerance))
-    return np.asarray((np.conj(left[at] / size[at])[:, None] * waves[at]).real)
+    apart = grid[1] - grid[0] if len(grid) > 1 else 0.0
+    near = grid[higher, None] + apart * np.linspace(-1, 1, _FINER)
+    fine = _waves(band, np.clip(near, band.low, band.high).ravel(), back)
+    left = (fine @ impulses).reshape(near.shape)
+    at = np.arange(len(near)) * _FINER + np.abs(left).argmax(axis=1)
+    return fine[at], left.ravel()[at]
+
+
+def _cuts(waves: ComplexArray, left: ComplexArray, limit: float) -> Array:
+    """Return the tangents that residuals cross."""
+    beyond = np.abs(left) > limit
+    left = left[beyond]
+    return np.asarray((np.conj(left / np.abs(left))[:, None] * waves[beyond]).real)

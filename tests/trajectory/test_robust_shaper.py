@@ -23,6 +23,19 @@ def test_nothing_in_the_band_leaves_more(width: float, ratio: float, tolerance: 
     np.testing.assert_allclose(np.array(found.times) / 0.02, np.round(np.array(found.times) / 0.02))
 
 
+def test_small_residuals_are_held_and_cost_more_time() -> None:
+    """The solver's tolerance is absolute, and far above what is left."""
+    band, tolerances = sc.Band(10.0, 14.0), (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+    found = [sc.robust_shaper([band], tolerance=tolerance) for tolerance in tolerances]
+    for shaper, tolerance in zip(found, tolerances, strict=True):
+        left = shaper.residual(np.linspace(band.low, band.high, 20_011))
+        assert 0.99 * tolerance < left.max() <= tolerance
+    durations = [shaper.duration for shaper in found]
+    assert durations == sorted(durations)
+    exact = sc.robust_shaper([sc.Band(10.0, 10.0)], tolerance=1e-6)
+    assert exact.duration == pytest.approx(sc.shaper("zv", sc.Mode(10.0)).duration)
+
+
 @pytest.mark.parametrize("kind", ["ei", "ei2", "ei3"])
 def test_it_is_no_longer_than_the_classical_one_of_the_same_band(kind: str) -> None:
     classical = sc.shaper(kind, sc.Mode(2 * np.pi))
@@ -49,6 +62,7 @@ def test_several_bands_and_a_fits_uncertainty() -> None:
     [
         (lambda: sc.robust_shaper([]), "at least one"),
         (lambda: sc.robust_shaper([sc.Band(9, 10)], tolerance=1.0), "tolerance"),
+        (lambda: sc.robust_shaper([sc.Band(9, 10)], tolerance=1e-300), "1e-06 <= tolerance"),
         (lambda: sc.robust_shaper([sc.Band(9, 10)], sample_time=0.3), "take at most 0.1569 s"),
         (lambda: sc.Band(10, 9), "lower frequency first"),
         (lambda: sc.Band(9, 10, 1.0), "ratio"),
