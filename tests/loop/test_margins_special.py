@@ -18,6 +18,7 @@ from slewctl.errors import InputError, SlewctlError
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
 from slewctl.loop.parts import negated
+from slewctl.loop.single.certificate import certify
 from slewctl.loop.single.factor import Factor, factor_of
 from slewctl.loop.single.factored_loop import factored
 from slewctl.numerics.given_system import static
@@ -441,3 +442,16 @@ def test_a_dead_time_beyond_all_that_the_loop_does_is_refused() -> None:
     for delay in (1e12, 1e300):
         with pytest.raises(InputError, match="beyond all that the loop does"):
             margins(control.tf([1], [1, 1]), 0.5, delay=delay)
+
+
+def test_a_factor_that_double_precision_does_not_know_is_not_cut_for_ever() -> None:
+    """Lags of 1, 2 and 3 µrad/s beside one of 100 rad/s: intervals of 1e-81 rad/s had been cut."""
+    poles = -np.array([1e-6, 2e-6, 3e-6, 100.0])
+    A = np.diag(np.ones(3), -1)
+    A[0] = -np.poly(poles)[1:]
+    C = [[0.0, 0.0, 0.0, 0.1 * np.prod(poles)]]
+    slow = LinearSystem(A, np.eye(4, 1), C, [[0.0]])
+    with np.errstate(all="ignore"):
+        assert certify(factored(slow)).search.intervals < 2_000
+    found = margins(slow)
+    assert 1 < factor(found.gain_db.at_least or 0.0) <= factor(found.gain_db.value)

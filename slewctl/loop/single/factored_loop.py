@@ -82,6 +82,12 @@ class Enclosure:
         """Return some of the intervals."""
         return Enclosure(*(getattr(self, field.name)[which] for field in fields(self)))
 
+    @classmethod
+    def joined(cls, parts: list[Enclosure]) -> Enclosure:
+        """Return the intervals of several together."""
+        columns = ([getattr(part, field.name) for part in parts] for field in fields(cls))
+        return cls(*(np.concatenate(column) for column in columns))
+
     @cached_property
     def bend(self) -> Array:
         """What the curvature makes of L at the ends at most."""
@@ -282,8 +288,7 @@ class FactoredLoop:
             return self._enclosed(c, h)
         starts = range(0, len(c), _AT_ONCE)
         parts = [self._enclosed(c[k : k + _AT_ONCE], h[k : k + _AT_ONCE]) for k in starts]
-        columns = ([getattr(part, field.name) for part in parts] for field in fields(Enclosure))
-        return Enclosure(*(np.concatenate(column) for column in columns))
+        return Enclosure.joined(parts)
 
     def _enclosed(self, c: Array, h: Array) -> Enclosure:
         wide = h[:, None]

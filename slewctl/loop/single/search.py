@@ -95,10 +95,10 @@ class Search:
         self._turns, self._low = turns(), np.inf  # from where |1 + L| is less than √2
         self._answered: list[tuple[Array, Array, BoolArray]] = []
         self._least = dict.fromkeys(self.shifts, (np.inf, 0.0, 0.0))
-        self._proved = dict.fromkeys(self.shifts, np.inf)
+        self._undecided: dict[int, list[Enclosure]] = {kind: [] for kind in self.shifts}
         self._run(*first_intervals(loop, start, gaps, end))
-        for kind, (seen, *_) in self._least.items():  # what each interval was held against
-            self._proved[kind] = min(self._proved[kind], seen * (1 - TOLERANCE))
+        # The others were held against the smallest distance that was seen.
+        self._proved = {kind: self._nearest(kind) for kind in self.shifts}
         self.level.keep_lowest()
         polish(self.unit, self.level, self.real, LEVEL_OF_S, loop.slopes)
         self._tighten()
@@ -229,6 +229,10 @@ class Search:
         w = np.abs(1 + L)
         small[WINDING] = w + reach <= twice
         small[LEVEL] = np.abs(w - LEVEL_OF_S) + reach <= twice
+        if (unknown := ~np.isfinite(box.error)).any():
+            # Of a shorter interval, farther from a pole, the error may be known: in its middle.
+            at = self.loop.errors(np.asarray(1j * box.c[unknown], dtype=complex))
+            small[:, unknown] = ~np.isfinite(at)
         return np.asarray(small | (h <= 16 * np.finfo(float).eps * box.c))
 
     def _answer(
@@ -326,14 +330,18 @@ class Search:
                 points.add(box.c[left[kind]], box.c[left[kind]], box.h[left[kind]])
         for kind in self.shifts:
             if left[kind].any():
-                self._proved[kind] = self._nearest(kind, box.part(left[kind]))
+                self._undecided[kind].append(box.part(left[kind]))
         if left[WINDING].any():
             self.turn = None
 
-    def _nearest(self, kind: int, box: Enclosure) -> float:
-        """Return the largest distance that some boxes prove, or what is proved if that is less."""
+    def _nearest(self, kind: int) -> float:
+        """Return the largest distance that undecided boxes prove, the smallest seen at most."""
+        seen = self._least[kind][0] * (1 - TOLERANCE)
+        if not self._undecided[kind]:
+            return seen
+        box = Enclosure.joined(self._undecided[kind])
         shift, order = self.shifts[kind], self.loop.order_at_zero
-        low, high = 0.0, min(self._proved[kind], self._least[kind][0], WIDEST)
+        low, high = 0.0, min(seen, WIDEST)
         if beyond(shift, box, high, order).all():
             return high
         for _ in range(_BISECTED):
