@@ -238,6 +238,41 @@ class Place:
         """The truth, for the ν-gap to every design model."""
         return plant_graph(self.judge.yardstick.plant.path, **self.units)
 
+    @cached_property
+    def _models(self) -> dict[tuple[str, int], DesignModel]:
+        return {}
+
+    @cached_property
+    def _gaps(self) -> dict[tuple[str, int], float]:
+        return {}
+
+    def model(self, basis: str, n: int) -> DesignModel:
+        """Return the model of a basis or a reduction, made once for all methods.
+
+        Raises
+        ------
+        SlewctlError
+            If it cannot be made.
+        """
+        if (basis, n) not in self._models:
+            case = self.judge.case
+            self._models[basis, n] = design_model(self.judge.truth, case.objective, basis, n)
+        return self._models[basis, n]
+
+    def gap(self, design: DesignModel) -> float:
+        """Return the ν-gap from the truth to one of the models, found once for all methods.
+
+        Raises
+        ------
+        SlewctlError
+            If it is not known to working precision.
+        """
+        key = design.source, design.n
+        if key not in self._gaps:
+            graph = plant_graph(design.path, **self.units)
+            self._gaps[key] = gap_between(graph, self.truth_graph).value
+        return self._gaps[key]
+
     def evaluate(
         self, basis: str, n: int, method: str, clock: Mapping[str, float] | None = None
     ) -> Evaluation:
@@ -248,9 +283,8 @@ class Place:
         SlewctlError
             If it cannot be made.
         """
-        case = self.judge.case
-        design = design_model(self.judge.truth, case.objective, basis, n)
-        options = {**options_of(method, case.arm, self.bandwidth), **(clock or {})}
+        design = self.model(basis, n)
+        options = {**options_of(method, self.judge.case.arm, self.bandwidth), **(clock or {})}
         return Evaluation(design, self.judge.judge(design.controller(method, options)))
 
 
@@ -323,10 +357,7 @@ def _mode_lost(loop: Loop, kept: int) -> int | None:
 
 def _gap(place: Place, design: DesignModel, controller: Controller) -> tuple[float | None, ...]:
     """Return the ν-gap from the truth and b(P, C), in units of the rigid arm's own swing."""
-    path, units = design.path, place.units
     try:
-        gap = gap_between(plant_graph(path, **units), place.truth_graph)
-        margin = ncf_margin(path, controller, **units)
+        return place.gap(design), ncf_margin(design.path, controller, **place.units).value
     except SlewctlError:  # undamped modes that nothing moves have no graph to compare
         return None, None
-    return gap.value, margin.value
