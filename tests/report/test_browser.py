@@ -63,6 +63,16 @@ def test_page_fits_and_is_legible(browser: Browser, page: str, width: int) -> No
     assert small == []
 
 
+@pytest.mark.slow
+def test_all_requirements_are_seen_without_scrolling(browser: Browser) -> None:
+    browser.open(PAGES[0], DESKTOP, only_read=True)
+    wide, seen = browser.run(
+        "const box = document.querySelector('.asked').parentElement;"
+        "return [box.scrollWidth, box.clientWidth]"
+    )
+    assert wide <= seen
+
+
 def test_figures_are_vectors_and_described(browser: Browser, page: str) -> None:
     browser.open(page, only_read=True)
     figures = browser.run(
