@@ -90,8 +90,9 @@ def origin(loop: FactoredLoop) -> Gap | None:
     for _ in range(_TIMES):
         value, away = loop.at_origin(radius)
         at = np.array([1j * radius])
-        inexact = 2 * float(loop.errors(at)[0]) * radius**k
-        eta = (away + inexact + radius**k) / abs(value) if value else np.inf
+        eta = (away + radius**k) / abs(value) if value else np.inf
+        if eta < 0.3:
+            eta += 2 * float(loop.errors(at)[0]) * radius**k / abs(value)
         least = abs(value) * (1 - eta) / radius**k
         if eta < 0.3 and least > _LARGE:
             around = complex((1 + loop.at(at)[0]) * 1j**k * np.sign(value))

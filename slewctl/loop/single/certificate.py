@@ -19,7 +19,7 @@ from slewctl.loop.single.axis_ends import (
     origin,
     tail,
 )
-from slewctl.loop.single.factored_loop import FactoredLoop
+from slewctl.loop.single.factored_loop import Enclosure, FactoredLoop
 from slewctl.loop.single.findings import Least
 from slewctl.loop.single.interval_ends import LEVEL_OF_S
 from slewctl.loop.single.margin_report import Report
@@ -322,17 +322,21 @@ class Balls:
 
 
 def _seen(loop: FactoredLoop, search: Search) -> dict[int, tuple[Balls, Balls]]:
-    """Return L where a question was answered by a crossing, and where it may be: all at once."""
-    found = (search.unit, search.unit_touched, search.real, search.real_touched)
-    places = [_cut(*points.arrays) if k % 2 else points.arrays for k, points in enumerate(found)]
-    box = loop.enclosed(*(np.concatenate(each) for each in zip(*places, strict=True)))
-    values, sizes = box.value.tolist(), np.where(np.isnan(box.reach), np.inf, box.reach).tolist()
-    balls, start = [], 0
-    for v, width in places:
-        own = slice(start, start + len(v))
-        balls.append(Balls(v, width, values[own], sizes[own]))
-        start += len(v)
-    return {UNIT: (balls[0], balls[1]), REAL: (balls[2], balls[3])}
+    """Return L where a question was answered by a crossing, and where it may be."""
+    count = len(search.unit.left[0])
+    places = [_cut(*points.arrays) for points in (search.unit_touched, search.real_touched)]
+    first = len(places[0][0])
+    middles, widths = (np.concatenate(each) for each in zip(*places, strict=True))
+    touched = loop.enclosed(middles, widths) if len(middles) else search.crossings.part(slice(0))
+    return {
+        UNIT: (_balls(search.crossings, slice(count)), _balls(touched, slice(first))),
+        REAL: (_balls(search.crossings, slice(count, None)), _balls(touched, slice(first, None))),
+    }
+
+
+def _balls(box: Enclosure, own: slice) -> Balls:
+    sizes = np.where(np.isnan(box.reach), np.inf, box.reach)[own]
+    return Balls(box.c[own], box.h[own], box.value[own].tolist(), sizes.tolist())
 
 
 def _cut(v: Array, width: Array) -> tuple[Array, Array]:

@@ -97,7 +97,7 @@ class Factor:
             found = self.errors(s) / np.abs(self.values(s))
         return float(np.nan_to_num(found, nan=0.0).max(initial=0.0))
 
-    @property
+    @cached_property
     def order_at_zero(self) -> int:
         """Order of the pole at s = 0 that is exactly there."""
         return max((len(block.index) for block in self.blocks if block.nilpotent), default=0)

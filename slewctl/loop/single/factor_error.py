@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slewctl._types import Array, IntArray
-from slewctl.loop.single.powers import majorant_powers
+from slewctl.loop.single.powers import majorant_powers, powers_of
 from slewctl.numerics.long_complex import LONG_ROUNDING
 from slewctl.numerics.modal_bounds import ROUNDING
 from slewctl.numerics.modal_form import Block, ModalForm
@@ -77,7 +77,7 @@ class ErrorBound:
         for block, powers, near in zip(self.blocks, self.powers, blocks, strict=True):
             index, where = block.index, form.component[block.index[0]]
             if powers is not None:
-                found = np.vander(near[:, 0], len(index) + 1, increasing=True)[:, 1:] @ powers
+                found = powers_of(near[:, 0], len(index))[:, 1:] @ powers
                 own = own + found[:, :p]
                 sums[:, :, where] += found[:, p:].T
                 continue

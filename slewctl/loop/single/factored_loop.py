@@ -78,7 +78,7 @@ class Enclosure:
     flat_error: Array
     most: Array
 
-    def part(self, which: BoolArray) -> Enclosure:
+    def part(self, which: BoolArray | slice) -> Enclosure:
         """Return some of the intervals."""
         return Enclosure(*(getattr(self, field.name)[which] for field in fields(self)))
 

@@ -39,8 +39,13 @@ class Points:
         return np.concatenate([none, *self.left]), np.concatenate([none, *self.right])
 
     def replace(self, roots: Array, off: Array) -> None:
-        """Take roots in the place of the two frequencies of each, by how much they may be off."""
-        width = np.concatenate([np.zeros(0), *self.width])
+        """Take roots in the place of the two frequencies of each, by how much they may be off.
+
+        They are by increasing frequency then.
+        """
+        order = np.argsort(roots)
+        roots, off = roots[order], off[order]
+        width = np.concatenate([np.zeros(0), *self.width])[order]
         self.left, self.right, self.width = [roots], [roots], [width + off]
         self.off = off
 

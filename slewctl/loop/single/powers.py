@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slewctl._types import Array, ComplexArray
 from slewctl.loop.single.enclosed import Terms
 from slewctl.numerics.modal_form import Block, ModalForm
+
+Number = TypeVar("Number", np.float64, np.complex128)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +57,13 @@ class AtZero:
 
     def values(self, s: ComplexArray) -> ComplexArray:
         """Return the functions at points s, shape (m, p)."""
-        u = np.vander(self.a + self.b / s, self.order + 1, increasing=True)
+        u = powers_of(self.a + self.b / s, self.order)
         return np.asarray(u[:, 1:] @ self.moments)
 
     def slopes(self, s: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Return the functions and their derivatives along the axis."""
         part = self.b / s
-        u = np.vander(self.a + part, self.order + 1, increasing=True)
+        u = powers_of(self.a + part, self.order)
         j = np.arange(1, self.order + 1)
         value = u[:, 1:] @ self.moments
         return value, (-1j * part / s)[:, None] * (u[:, :-1] @ (j[:, None] * self.moments))
@@ -72,13 +76,22 @@ class AtZero:
         value, slope = self.slopes(s)
         j = np.arange(1, self.order + 1)
         size, b = np.abs(self.moments), abs(self.b)
-        r = np.vander(abs(self.a) + b * q, self.order + 1, increasing=True)
+        r = powers_of(abs(self.a) + b * q, self.order)
         q3 = (2 * b * q**3)[:, None]
         curve = q3 * (r[:, :-1] @ (j[:, None] * size))
         if self.order > 1:
             bent = (j * (j - 1))[1:, None] * size[1:]
             curve = curve + (q3 * (0.5 * b * q)[:, None]) * (r[:, :-2] @ bent)
         return value, slope, (1 + 1e-12) * curve
+
+
+def powers_of(x: NDArray[Number], order: int) -> NDArray[Number]:
+    """Return xʲ, j = 0 … order, shape (m, order + 1): `numpy.vander`, of a few columns."""
+    found = np.empty((len(x), order + 1), x.dtype)
+    found[:, 0] = 1
+    for j in range(order):
+        np.multiply(found[:, j], x, out=found[:, j + 1])
+    return found
 
 
 def majorant_powers(block: Block, vector: Array) -> Array:

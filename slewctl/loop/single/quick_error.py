@@ -11,6 +11,7 @@ import numpy as np
 
 from slewctl._types import Array
 from slewctl.loop.single.factor_error import ErrorBound
+from slewctl.loop.single.powers import powers_of
 from slewctl.loop.single.simple_poles import Distances, SimplePoles
 
 
@@ -67,7 +68,7 @@ class QuickError:
     def _of_blocks(self, blocks: list[Array]) -> list[tuple[Array, Array]]:
         """Return what each power of the reach of a block adds, and the powers, from the first."""
         return [
-            (powers, np.vander(reach[:, 0], reach.shape[1] + 1, increasing=True)[:, 1:])
+            (powers, powers_of(reach[:, 0], reach.shape[1])[:, 1:])
             for powers, reach in zip(self.bound.powers, blocks, strict=True)
             if powers is not None
         ]

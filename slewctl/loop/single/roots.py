@@ -12,6 +12,8 @@ from slewctl._types import Array, IntArray
 _STEPS = 200
 # Newton's method takes few, or has the enclosure halved; from this relative step on they end.
 _NEWTON, _SMALL = 25, 1e-9
+# Steps that have shrunk by this go on to shrink by squares.
+_FASTER = 1e-2
 # How near to a root signs are looked at.
 _ULPS, _WIDER = 8 * float(np.finfo(float).eps), 64
 
@@ -133,6 +135,10 @@ def polished_by_slopes(
         step[k], x[k] = np.abs(new - x[k]), new
         # Newton's steps that grow smaller no longer are rounding; halvings tell nothing.
         hidden = inside & (step[k] <= _SMALL * size) & (2 * step[k] >= before)
+        # The next one, where steps shrink by squares: too small to be made.
+        after = step[k] * np.minimum(step[k] / before, 1.0) ** 2
+        small = inside & (step[k] <= _FASTER * before) & (after <= _ULPS / 4 * size)
+        step[k] = np.where(small, after, step[k])
         open_ = k[(step[k] > _ULPS / 4 * size) & ~hidden]
         if not len(open_):
             break

@@ -10,6 +10,8 @@ say.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from slewctl._types import Array, BoolArray, ComplexArray
@@ -53,6 +55,8 @@ class Search:
     ----------
     unit, unit_touched, real, real_touched : Points
         |L| = 1 passed, or not excluded; the same of L real and negative.
+    crossings : Enclosure
+        L within the widths of `unit` and then of `real`.
     level, level_touched : Points
         The first |1 + L| = √2 that is passed, and what is not excluded before it.
     floor : float
@@ -101,7 +105,7 @@ class Search:
         self._proved = {kind: self._nearest(kind) for kind in self.shifts}
         self.level.keep_lowest()
         polish(self.unit, self.level, self.real, LEVEL_OF_S, loop.slopes)
-        self._tighten()
+        self.crossings = self._tighten()
         self._ends(large, end)
         self._polish()
 
@@ -146,19 +150,18 @@ class Search:
             if proved > 0 and end.away > 1e-9 * abs(1 + circle[k]):
                 self._proved[kind] = min(self._proved[kind], proved)
 
-    def _tighten(self) -> None:
-        """Bring crossings nearer to where they are, from what is known beside them."""
+    def _tighten(self) -> Enclosure:
+        """Bring crossings nearer to where they are, from what is known beside them: all of it."""
         v, width = (np.concatenate([u, r]) for u, r in zip(
             (self.unit.left[0], self.unit.width[0]), (self.real.left[0], self.real.width[0]),
             strict=True,
         ))  # fmt: skip
-        if not len(v):
-            return
         box, count = self.loop.enclosed(v, width), len(self.unit.left[0])
         part = box.imaginary(self.loop.order_at_zero)
         self.unit.tighten(box.error[:count], box.steepness()[:count])
         steep = np.abs(part.slope) - width * part.curve
         self.real.tighten(part.error[count:], steep[count:])
+        return replace(box, h=np.concatenate([self.unit.width[0], self.real.width[0]]))
 
     def _polish(self) -> None:
         """Go to the bottom of the parabola through three points about each smallest value."""
