@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from loop_examples import loop_on, stable_loop, uniform_arm, unstable_loop
 
 from slewctl.errors import InputError, SlewctlError
-from slewctl.loop import Margins, UnstableLoopError
+from slewctl.loop import Margins, UnstableLoopError, ncf_margin, nu_gap
 from slewctl.loop.margin_functions import margins
 from slewctl.loop.parts import negated
 from slewctl.loop.single.certificate import certify
@@ -455,3 +455,33 @@ def test_a_factor_that_double_precision_does_not_know_is_not_cut_for_ever() -> N
         assert certify(factored(slow)).search.intervals < 2_000
     found = margins(slow)
     assert 1 < factor(found.gain_db.at_least or 0.0) <= factor(found.gain_db.value)
+
+
+@pytest.mark.parametrize(("step", "pole"), [(0, 0.0), (0.1, 1.0), (0.1, -1.0)])
+@pytest.mark.parametrize("delay", [0.0, 0.05])
+def test_a_pole_on_the_limit_that_is_there_twice_is_hidden(
+    step: float, pole: float, delay: float
+) -> None:
+    """Two integrators side by side: feedback moves their sum, and the difference drifts."""
+    sign = -1.0 if pole < 0 else 1.0
+    plant = LinearSystem(
+        pole * np.eye(2), [[0.1], [0.1]], [[sign, sign]], [[0.0]], *([step] if step else [])
+    )
+    closed = np.linalg.eigvals(plant.A - plant.B @ plant.C)
+    assert np.isclose(closed, pole).any()
+    late = {} if step else {"delay": delay}
+    with pytest.raises(UnstableLoopError, match="hidden"):
+        margins(plant, 1.0, **late)
+    if pole >= 0:  # a line with a pole at z = -1 is refused anyway
+        assert not ncf_margin(plant, 1.0).stable
+        with pytest.raises(InputError, match="leave out modes on the axis"):
+            nu_gap(plant, plant)
+
+
+def test_two_integral_actions_into_one_command_are_hidden() -> None:
+    """∫θ and ∫θ′ of a rigid body: one combination of both integrators is seen by nothing."""
+    plant = LinearSystem([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0]], np.eye(2), np.zeros((2, 1)))
+    controller = LinearSystem(np.zeros((2, 2)), np.eye(2), [[0.1, 0.1]], [[1.0, 2.0]])
+    with pytest.raises(UnstableLoopError, match="hidden"):
+        margins(plant, controller)
+    assert not ncf_margin(plant, controller).stable

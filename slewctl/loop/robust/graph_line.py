@@ -87,9 +87,9 @@ class GraphLine:
 
     @property
     def crowded(self) -> bool:
-        """Whether poles that cannot be told apart lie on the axis, beside those at the origin."""
-        if not self.others:
-            return False
+        """Whether poles that cannot be told apart lie on the axis, or are hidden at the origin."""
+        if self.factor.hidden or not self.others:
+            return self.factor.hidden
         poles = self.others.poles
         return bool((np.abs(poles.real) <= _UNDAMPED * np.abs(poles)).any())
 

@@ -85,9 +85,19 @@ def certify(loop: FactoredLoop, skew: float = 0.0, most_gain: float = WIDEST) ->
     ------
     UndecidedError
         If its ends, or poles on it, cannot be dealt with.
+    UnstableLoopError
+        If poles on the limit are hidden, or dead time destabilises it whatever the gain.
     """
     if not np.isfinite(loop.poles).all():
         raise UndecidedError("several poles lie at z = -1")
+    if loop.plant.hidden or loop.controller.hidden:
+        where = "z = 1 or z = -1" if loop.sample_time else "s = 0"
+        raise UnstableLoopError(
+            f"the closed loop is not stable: of several poles at {where} one signal moves one "
+            "chain alone, and the others are hidden",
+            where="margins",
+            remedy="take out what is there twice",
+        )
     if loop.delay and abs(loop.tail(math.inf)[0]) >= 1:
         raise UnstableLoopError(
             "|L| is not below one at infinite frequency: with dead time the closed loop has "

@@ -47,6 +47,8 @@ class Factor:
         zero = np.zeros((1, 1), dtype=complex)
         single = (Block(np.array([k]), zero, zero) for k in at_zero.tolist())
         self.blocks = [*form.blocks, *single]
+        at_origin = [len(block.index) for block in self.blocks if block.nilpotent]
+        self.order_at_zero = max(at_origin, default=0)
         self.at_zero = [AtZero.of(b, form, self.all) if b.nilpotent else None for b in self.blocks]
         at_end = form.alone & (form.poles == AT_END) & self.sampled
         self.alone = pick = np.flatnonzero(form.alone & (form.poles != 0) & ~at_end)
@@ -61,6 +63,8 @@ class Factor:
         edges = [Block(np.array([k]), zero, zero) for k in np.flatnonzero(at_end).tolist()]
         self.at_end = (form.shape * form.entry)[:, at_end].sum(axis=1)
         self.has_end = bool(edges)
+        # Of chains of one pole a single input moves the longest alone.
+        self.hidden = sum(at_origin) > self.order_at_zero or len(edges) > 1
         self.D = form.D + (coefficient * self.simple.a).sum(axis=1)
         self.residue: ComplexArray = np.asarray((coefficient * self.simple.b).T)  # (n, p)
         self.size: Array = np.abs(self.residue)
@@ -96,11 +100,6 @@ class Factor:
         with np.errstate(divide="ignore", invalid="ignore"):
             found = self.errors(s) / np.abs(self.values(s))
         return float(np.nan_to_num(found, nan=0.0).max(initial=0.0))
-
-    @cached_property
-    def order_at_zero(self) -> int:
-        """Order of the pole at s = 0 that is exactly there."""
-        return max((len(block.index) for block in self.blocks if block.nilpotent), default=0)
 
     def values(self, s: ComplexArray) -> ComplexArray:
         """Return the functions at points s, shape (m, p)."""
