@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from slewctl.arm import Actuator
 from slewctl.loop.closed import Loop
+from slewctl.loop.connect import close
+from slewctl.loop.single.margin_results import Crossing
+from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.measured.fit import fit
 from slewctl.measured.log import Log
+from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.dead_time import loop_dead_time
 
 # Probability of the intervals.
@@ -26,15 +33,23 @@ class MarginUse:
     gain_margins_db : tuple of float
         How much the gain may fall, as a negative number, and rise.
     delay_margin_s : float
+    together : bool
+        Whether the loop is stable with every gain and every dead time of both intervals.
     """
 
     gain_db: tuple[float, float]
     delay_s: tuple[float, float]
     gain_margins_db: tuple[float, float]
     delay_margin_s: float
+    together: bool
 
     @property
     def holds(self) -> bool:
+        """Whether the loop stands what the log tells, gain and dead time at once."""
+        return self.together
+
+    @property
+    def each_holds(self) -> bool:
         """Whether both intervals are within the margins, each alone."""
         low, high = self.gain_margins_db
         within = low < self.gain_db[0] and self.gain_db[1] < high
@@ -42,12 +57,14 @@ class MarginUse:
 
     def __str__(self) -> str:
         low, high = self.gain_margins_db
-        verdict = "within" if self.holds else "NOT within"
+        verdict = "within the margins" if self.holds else "NOT within the margins"
+        if self.each_holds and not self.holds:
+            verdict = "each within its margin, but NOT both together"
         return (
             f"gain {self.gain_db[0]:+.2f} to {self.gain_db[1]:+.2f} dB of the model's (margins "
             f"{low:+.3g} and {high:+.3g} dB), dead time {1e3 * self.delay_s[0]:+.2f} to "
             f"{1e3 * self.delay_s[1]:+.2f} ms beyond it (margin {1e3 * self.delay_margin_s:.3g} "
-            f"ms): {verdict} the margins"
+            f"ms): {verdict}"
         )
 
 
@@ -55,7 +72,8 @@ def margin_use(loop: Loop, log: Log) -> MarginUse:
     """Return what a log says of gain and dead time, beside the margins of the loop.
 
     Gain and dead time alone are fitted to the log, the arm as it is: what else differs shows
-    in them, or in the fit of a replay.
+    in them, or in the fit of a replay.  Margins are of gain or dead time alone; whether the loop
+    stands both at once is found on the edges of the rectangle of their intervals.
 
     Parameters
     ----------
@@ -82,13 +100,54 @@ def margin_use(loop: Loop, log: Log) -> MarginUse:
     found = fit(arm, log, ["gain", "delay"])
     gain, delay = (found.interval(name, _LEVEL) for name in ("gain", "delay"))
     known = loop_dead_time(arm, [log.sensor]) + controller.delay
-    margins = loop.margins
+    margins, late = loop.margins, (max(delay[0], 0.0) - known, delay[1] - known)
     return MarginUse(
         (_decibels(gain[0]), _decibels(gain[1])),
-        (delay[0] - known, delay[1] - known),
+        (delay[0] - known, late[1]),
         (-margins.gain_reduction_db.value, margins.gain_db.value),
         margins.delay_s.value,
+        gain[0] > 0 and _stands(loop, gain, late),
     )
+
+
+def _stands(loop: Loop, gain: tuple[float, float], late: tuple[float, float]) -> bool:
+    """Whether a stable loop stays so with every gain factor and dead time between some.
+
+    Where g·L e^(−jωd) = −1, gain and dead time are functions of ω that are continuous but
+    where the gain is zero or infinite, and end outside of a rectangle about (1, 0).  So none is
+    inside it if none is on its edges: those of one gain are what delay margins tell of, those
+    of one dead time what gain margins do.
+    """
+    low, high = min(gain[0], 1.0), max(gain[1], 1.0)
+    least, most = min(late[0], 0.0), max(late[1], 0.0)
+    try:
+        of_gain = [_changed(loop, factor, least).margins.delay_s for factor in (low, high)]
+        of_time = [_changed(loop, 1.0, delay).margins for delay in (least, most)]
+    except UnstableLoopError:
+        return False
+    return all(most - least < _proved(margin) for margin in of_gain) and all(
+        _decibels(high) < _proved(each.gain_db) and -_decibels(low) < _proved(each.gain_reduction_db)
+        for each in of_time
+    )
+
+
+def _changed(loop: Loop, factor: float, late: float) -> Loop:
+    """Return a loop with another gain, and so much more dead time, or less."""
+    arm, own = loop.model.arm, loop.controller
+    actuator, K = arm.actuator or Actuator(), own.linear
+    first = actuator.delay + late
+    scaled = LinearSystem(
+        K.A, K.B, factor * np.asarray(K.C), factor * np.asarray(K.D), K.dt,
+        inputs=K.input_labels, outputs=K.output_labels,
+    )  # fmt: skip
+    drive = replace(actuator, delay=max(first, 0.0))
+    model = replace(loop.model, arm=replace(arm, actuator=drive))
+    controller = replace(own, system=scaled, delay=max(own.delay + min(first, 0.0), 0.0))
+    return close(model, loop.objective, controller)
+
+
+def _proved(margin: Crossing) -> float:
+    return margin.value if margin.at_least is None else margin.at_least
 
 
 def _decibels(gain: float) -> float:

@@ -78,6 +78,8 @@ class RecordData:
         self.z = np.exp(1j * self.omega * log.sample_time)
         self._u = log.input
         self._rounding = log.resolution / np.sqrt(12)
+        # Of no log less is left than its numbers are rounded to.
+        self._least = float(np.finfo(float).eps * np.abs(log.output).max()) ** 2
         self._inputs: dict[int, ComplexArray] = {}
         self._bins = bins
         self._pull: Array = np.zeros(0)
@@ -269,7 +271,8 @@ class RecordData:
             maximum likelihood: H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545–554).
         """
         free = remainder.free(jacobian)
-        self.weight = 1 / np.sqrt(smooth(np.abs(remainder.left) ** 2, free))
+        power = smooth(np.abs(remainder.left) ** 2, free)
+        self.weight = 1 / np.sqrt(np.maximum(power, self._least))
         self._read = True
 
 

@@ -100,6 +100,35 @@ def test_gain_and_dead_time_of_the_rig_are_held_against_the_margins() -> None:
     assert use.gain_margins_db[0] < use.gain_db[0]  # a PD loop stands that
 
 
+@pytest.mark.parametrize(
+    ("gain", "late", "stable"),
+    [(1.0, 0.0, True), (1.8, 0.0, True), (1.0, 0.015, True), (1.5, 0.01, True), (1.8, 0.01, False)],
+)
+def test_gain_and_dead_time_are_held_against_the_margins_together(
+    gain: float, late: float, stable: bool
+) -> None:
+    """What each margin allows alone, a loop may not stand at once."""
+    arm = sc.Arm(
+        sc.Beam(0.6, 0.4, 0.6), sc.Hub(0.013, friction=0.018), payload=sc.Payload(0.05),
+        damping_ratio=0.012,
+    )  # fmt: skip
+    asked = sc.Problem(arm, {"tip": 0.03, "torque": 0.5}, {"torque": 0.01, "theta": 0.001})
+    K = sc.lqg(asked.plant("arm-matched", n=2), sample_time=0.01, delay=0.004)
+    torque = sc.prbs(1000, amplitude=0.2, hold=2, seed=1)
+    log = sc.simulated_log(arm, torque, 0.01, delay=0.004 + late)
+    rig = Log(0.01, log.input / gain, log.output, None, "torque", "theta")
+    use = margin_use(asked.judge(K).loop, rig)
+    assert use.each_holds
+    assert use.holds == stable
+    assert ("NOT both together" in str(use)) == (not stable)
+    system = K.system
+    there = sc.given(
+        A=system.A, B=system.B, C=gain * system.C, D=gain * system.D, feedback="positive",
+        inputs=["theta"], output="torque", sample_time=0.01, delay=0.004 + late,
+    )  # fmt: skip
+    assert asked.judge(there).loop.stable == stable
+
+
 def test_a_slew_without_noise_tells_the_gain_and_no_deviation_of_nothing() -> None:
     log = logged(predicted(), 0.4)
     use = margin_use(problem().judge(law()).loop, log)
