@@ -28,6 +28,8 @@ from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.statespace import Actuator
 
 _MAPPED = re.compile(r"columns=\{'(\w+)': '?([^'}]*)'?\}")
+# Where something is wrong that is not with the arm.
+_NOT_THE_ARM = ("fit.", "log", "response")
 _OPTIONS = {
     "fit.free": "--free",
     "columns": "--column",
@@ -109,7 +111,7 @@ def fitted_arm(start: Arm, arm: str, measured: Log | Response, names: Sequence[s
         try:
             return fit(start, measured, names)
         except InputError as error:
-            if not error.where.startswith("fit."):
+            if not error.where.startswith(_NOT_THE_ARM):
                 raise
             wrong = error
     raise wrong

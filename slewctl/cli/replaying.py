@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from slewctl.breakdown import computing
 from slewctl.check.words import number_text
 from slewctl.cli.identifying import read_named_log
 from slewctl.cli.terminal import OUT, progress
@@ -33,10 +34,12 @@ def replay_log(
             judging = Judge(asked.case)
             judged = judging.evaluate(*judging.chosen).judgement
             predicted = simulate(judged.loop, judged.slew)
-        found = replay(predicted, log)
+        with computing(str(file)):
+            found = replay(predicted, log)
         step("fitting")
         try:
-            use: MarginUse | str = margin_use(judged.loop, log)
+            with computing():
+                use: MarginUse | str = margin_use(judged.loop, log)
         except SlewctlError as error:
             use = f"not told by this log: {error.what}"
     for line in told(found, use):

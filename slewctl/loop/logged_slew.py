@@ -145,8 +145,8 @@ def replay(simulation: Simulation, log: Log) -> Replay:
     Raises
     ------
     InputError
-        If the simulation has no such sensor or actuator, or the log holds less than half of
-        the slew.
+        If the simulation has no such sensor or actuator, the log holds less than half of the
+        slew, or has a gap in it.
 
     Examples
     --------
@@ -188,6 +188,12 @@ def replay(simulation: Simulation, log: Log) -> Replay:
             f"{simulation.slew.duration_s:g} s",
             where="log",
             remedy="give the whole slew",
+        )
+    if start < log.sample_time and not log.whole:
+        raise InputError(
+            "; ".join(["the slew begins before what is kept of the log", *log.remarks]),
+            where="log",
+            remedy="give a log without gaps in the slew",
         )
     before = log.output[clock < start]
     rest = float(np.median(before)) if len(before) else float(log.output[0])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slewctl.arm import Actuator
+from slewctl.errors import InputError
 from slewctl.loop.closed import Loop
 from slewctl.loop.connect import close
 from slewctl.loop.single.margin_results import Crossing
@@ -19,6 +20,8 @@ from slewctl.plant.dead_time import loop_dead_time
 
 # Probability of the intervals.
 _LEVEL = 0.95
+# How much slower than the controller's a log's clock may be: what two clocks differ by.
+_SLOWER = 0.01
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ def margin_use(loop: Loop, log: Log) -> MarginUse:
     Raises
     ------
     InputError, AccuracyError
-        If the log does not tell, as `slewctl.fit`.
+        If the log does not tell, as `slewctl.fit`, or is slower than the controller.
 
     Examples
     --------
@@ -97,6 +100,13 @@ def margin_use(loop: Loop, log: Log) -> MarginUse:
     >>> use.holds  # doctest: +SKIP
     """
     arm, controller = loop.model.arm, loop.controller
+    if log.sample_time > controller.sample_time * (1 + _SLOWER) > 0:
+        raise InputError(
+            f"a sample every {log.sample_time:g} s does not hold what is commanded every "
+            f"{controller.sample_time:g} s",
+            where="log",
+            remedy="log on the controller's clock, or faster",
+        )
     found = fit(arm, log, ["gain", "delay"])
     gain, delay = (found.interval(name, _LEVEL) for name in ("gain", "delay"))
     known = loop_dead_time(arm, [log.sensor]) + controller.delay
@@ -125,9 +135,9 @@ def _stands(loop: Loop, gain: tuple[float, float], late: tuple[float, float]) ->
         of_time = [_changed(loop, 1.0, delay).margins for delay in (least, most)]
     except UnstableLoopError:
         return False
+    up, down = _decibels(high), -_decibels(low)
     return all(most - least < _proved(margin) for margin in of_gain) and all(
-        _decibels(high) < _proved(each.gain_db) and -_decibels(low) < _proved(each.gain_reduction_db)
-        for each in of_time
+        up < _proved(each.gain_db) and down < _proved(each.gain_reduction_db) for each in of_time
     )
 
 

@@ -114,7 +114,7 @@ def noise_power(log: Log, omega: Array) -> Array:
 def _length(log: Log, segment_s: float | None) -> int:
     if log.samples < 4 * _FEWEST:
         raise InputError(
-            f"{log.samples} samples make no spectrum",
+            "; ".join([f"{log.samples} samples make no spectrum", *log.remarks]),
             where="log",
             remedy=f"give at least {4 * _FEWEST}",
         )

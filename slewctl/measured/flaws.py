@@ -6,9 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from slewctl._types import Array
+from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_positive
 
+# What is larger is measured in no unit.
+_LARGEST = 1e30
 # Of a period: a step between time stamps that is longer has lost a sample.
 _GAP = 1.5
 # Scatter of the time stamps, of a period, that is worth a word.
@@ -49,9 +51,12 @@ def clock_of(time: Array, sample_time: float | None, where: str) -> tuple[float,
             where=where,
             remedy="leave such rows out, or give sample_time and no time",
         )
+    check_measurable(time, where)
     steps = np.diff(time)
-    if len(steps) == 0 or np.any(steps <= 0):
-        row = int(np.argmax(steps <= 0)) + 2 if len(steps) else 1
+    if not len(steps):
+        raise InputError("one sample makes no record", where=where, remedy="log a motion")
+    if np.any(steps <= 0):
+        row = int(np.argmax(steps <= 0)) + 2
         raise InputError(
             f"the time does not increase at row {row}", where=where, remedy="sort the samples"
         )
@@ -81,6 +86,30 @@ def clock_of(time: Array, sample_time: float | None, where: str) -> tuple[float,
             )
         period = sample_time
     return period, number.astype(int), told
+
+
+def check_measurable(values: Array | ComplexArray, where: str) -> None:
+    """Refuse numbers whose squares are beyond arithmetic: nothing measures them.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+    where : str
+
+    Raises
+    ------
+    InputError
+        Naming the first row of such a number.
+    """
+    size = np.abs(values)
+    beyond = np.isfinite(size) & (size > _LARGEST)
+    if beyond.any():
+        row = int(np.argmax(beyond))
+        raise InputError(
+            f"{size[row]:.3g} in row {row + 1} is nothing that is measured",
+            where=where,
+            remedy="leave such a sample empty, or check the unit",
+        )
 
 
 def _irregular(time: Array, number: Array, period: float) -> list[str]:
@@ -114,7 +143,8 @@ def longest_stretch(signals: Mapping[str, Array], period: float) -> tuple[slice,
     missing = int(np.count_nonzero(~good))
     first = period * int(np.argmin(good))
     return slice(start, stop), (
-        f"{missing} samples are missing or no numbers, the first at {first:.4g} s: of "
+        f"{missing} {'sample is' if missing == 1 else 'samples are'} missing or no numbers, the "
+        f"first at {first:.4g} s: of "
         f"{len(starts)} stretches the longest is kept, {period * start:.4g} to "
         f"{period * stop:.4g} s",
     )

@@ -10,7 +10,7 @@ import numpy as np
 from slewctl._show import Axes, Described, axes_or_new
 from slewctl._types import Array
 from slewctl.errors import InputError, check_choice, check_positive
-from slewctl.measured.flaws import clipping, longest_stretch, quantum
+from slewctl.measured.flaws import check_measurable, clipping, longest_stretch, quantum
 from slewctl.measured.units import unit_of
 from slewctl.plant.signals import ACTUATORS, signal
 
@@ -32,7 +32,8 @@ class Log(Described):
         In N·m or V, and in the sensor's unit.
     reference : array_like, shape (n,), optional
         What the rig was told to follow, if the log was made in closed loop: any signal that
-        moves the loop and knows nothing of the noise, in any unit.
+        moves the loop and knows nothing of the noise, in any unit.  One that does not move is
+        none.
     actuator : {"torque", "voltage"}
     sensor : str
         A signal of an arm, such as ``theta``.
@@ -45,11 +46,14 @@ class Log(Described):
     ----------
     resolution : float
         Step of the output in its unit, as an encoder's; zero where none is seen.
+    whole : bool
+        Whether it is all that was given, and not a stretch of it.
 
     Raises
     ------
     InputError
-        For fewer than 16 samples, signals of unlike lengths, or an input that does not move.
+        For fewer than 16 samples, signals of unlike lengths, an input or an output that does
+        not move, or numbers that nothing measures.
 
     Examples
     --------
@@ -70,6 +74,7 @@ class Log(Described):
     source: str = ""
     remarks: tuple[str, ...] = field(default=())
     resolution: float = field(default=0.0, init=False)
+    whole: bool = field(default=True, init=False)
 
     def __post_init__(self) -> None:
         check_positive(self.sample_time, "log.sample_time")
@@ -86,17 +91,29 @@ class Log(Described):
                 where="log",
                 remedy="give signals of one clock",
             )
+        for name, column in signals.items():
+            check_measurable(column, f"log.{name}")
+        before = len(signals["input"])
         stretch, told = longest_stretch(signals, self.sample_time)
         signals = {name: column[stretch] for name, column in signals.items()}
         count = len(signals["input"])
         if count < _FEWEST:
+            gaps = f" ({told[0]})" if told else ""
             raise InputError(
-                f"{count} samples make no record", where="log", remedy=f"give at least {_FEWEST}"
+                f"{count} samples make no record{gaps}",
+                where="log",
+                remedy=f"give at least {_FEWEST}",
             )
-        if not np.ptp(signals["input"]):
-            raise InputError(
-                "the input does not move", where="log.input", remedy="excite the arm, as with prbs"
-            )
+        for name, remedy in (
+            ("input", "excite the arm, as with prbs"),
+            ("output", "look whether the sensor is connected, and its column the right one"),
+        ):
+            if not np.ptp(signals[name]):
+                raise InputError(f"the {name} does not move", where=f"log.{name}", remedy=remedy)
+        if "reference" in signals and not np.ptp(signals["reference"]):
+            del signals["reference"]
+            object.__setattr__(self, "reference", None)
+            told += ("the reference does not move: the log is taken as one of an open loop",)
         step = quantum(signals["output"])
         told += clipping(signals["input"], unit_of(self.actuator))
         told += _encoder(signals["output"], step, self.sensor)
@@ -105,6 +122,7 @@ class Log(Described):
             column.setflags(write=False)
             set_(self, name, column)
         set_(self, "resolution", step)
+        set_(self, "whole", count == before)
         set_(self, "remarks", (*self.remarks, *told))
 
     @property

@@ -12,6 +12,7 @@ from scipy.special import chdtri
 from slewctl._show import Axes, Described, axes_or_new
 from slewctl._types import Array, ComplexArray
 from slewctl.errors import InputError, check_choice, check_nonnegative, check_number, shown
+from slewctl.measured.flaws import check_measurable
 from slewctl.measured.units import unit_of
 from slewctl.plant.signals import ACTUATORS, signal
 
@@ -98,6 +99,13 @@ class Response(Described):
                 "some values are not finite numbers",
                 where="response.values",
                 remedy="leave these points out",
+            )
+        check_measurable(values, "response.values")
+        if not np.any(values):
+            raise InputError(
+                "all values are zero",
+                where="response.values",
+                remedy="look whether the sensor is connected, and its column the right one",
             )
         set_ = object.__setattr__
         set_(self, "frequencies_hz", frequencies)

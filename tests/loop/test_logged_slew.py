@@ -137,6 +137,28 @@ def test_a_slew_without_noise_tells_the_gain_and_no_deviation_of_nothing() -> No
     assert "hardly determined" not in str(sc.fit(ARM, log, ["gain", "delay"]))
 
 
+def test_a_slew_with_a_gap_in_it_is_refused() -> None:
+    """What is kept after it would be taken for a slew that begins there."""
+    log = logged(predicted(), 0.5)
+    output = log.output.copy()
+    output[round((0.5 + 0.3 * predicted().slew.duration_s) / T)] = np.nan
+    gap = Log(T, log.input, output, None, log.actuator, log.sensor)
+    assert not gap.whole
+    with pytest.raises(sc.InputError, match="the slew begins before what is kept of the log; 1 s"):
+        sc.replay(predicted(), gap)
+
+
+def test_a_log_slower_than_the_controller_does_not_tell_of_margins() -> None:
+    loop, log = problem().judge(law()).loop, logged(predicted(), 0.4)
+    step = loop.controller.sample_time
+    assert step > 0
+    every = round(2 * step / T) if step > T else 2
+    slow = Log(every * T, log.input[::every], log.output[::every], None, log.actuator, log.sensor)
+    assert slow.sample_time > step
+    with pytest.raises(sc.InputError, match="does not hold what is commanded every"):
+        margin_use(loop, slow)
+
+
 def test_a_motor_may_be_logged_by_its_torque_or_its_voltage() -> None:
     """Whichever of them the controller commands."""
     motor = sc.arms.quanser_flexible_link().motor

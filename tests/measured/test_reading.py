@@ -174,6 +174,13 @@ def test_a_universal_file(tmp_path: Path) -> None:
         sc.read_response(path)
 
 
+def test_a_reference_that_does_not_move_is_none() -> None:
+    log = sc.Log(0.005, U, Y, np.full(N, 0.3))
+    assert log.reference is None
+    assert not log.closed_loop
+    assert "the reference does not move" in str(log)
+
+
 def test_wrong_files_are_refused_in_one_line(tmp_path: Path) -> None:
     good = {"time_s": TIME, "torque": U, "theta": Y}
     log = csv(tmp_path / "log.csv", good)
@@ -184,7 +191,17 @@ def test_wrong_files_are_refused_in_one_line(tmp_path: Path) -> None:
     one = csv(tmp_path / "one.csv", {k: np.ones(1) for k in ("frequency_hz", "real", "imag")})
     text = tmp_path / "text.csv"
     text.write_text("time_s,torque,theta\n0,1,many\n1,1,1\n", encoding="utf-8")
+    dead = csv(tmp_path / "dead.csv", {**good, "theta": 0 * Y})
+    glitch = csv(tmp_path / "glitch.csv", {**good, "theta": np.where(np.arange(N) == 9, 1e300, Y)})
+    late = csv(tmp_path / "late.csv", {**good, "time_s": 1e200 * TIME})
+    lone = csv(tmp_path / "lone.csv", {name: column[:1] for name, column in good.items()})
     refusals = {
+        "log.output: the output does not move": lambda: sc.read_log(dead),
+        "1e+300 in row 10 is nothing that is measured": lambda: sc.read_log(glitch),
+        "in row 2 is nothing that is measured": lambda: sc.read_log(late),
+        "one sample makes no record": lambda: sc.read_log(lone),
+        "all values are zero": lambda: sc.Response([1.0, 2.0], [0, 0]),
+        "1e+300 in row 2 is nothing": lambda: sc.Response([1.0, 2.0], [1, 1e300]),
         "there is no such file": lambda: sc.read_log(tmp_path / "none.csv"),
         "no column 'enc': it holds time_s, torque, theta": lambda: sc.read_log(
             log, {"theta_deg": "enc"}

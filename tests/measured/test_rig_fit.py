@@ -304,7 +304,7 @@ def test_wrong_fits_are_refused() -> None:
     with pytest.raises(sc.InputError, match="the opposite sign"):
         sc.fit(TRUE, replace(measured, values=-measured.values), ["gain", "delay"])
     with pytest.raises(sc.InputError, match="20 samples make no spectrum"):
-        sc.fit(NOMINAL, sc.Log(T, [0.0, 1.0] * 10, [0.0] * 20), ["gain"])
+        sc.fit(NOMINAL, sc.Log(T, [0.0, 1.0] * 10, np.arange(20.0)), ["gain"])
     undamped = replace(NOMINAL, damping_ratio=0.0)
     with pytest.raises(sc.InputError, match="no damping to multiply"):
         sc.fit(undamped, measured, ["damping"])
