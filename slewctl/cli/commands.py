@@ -230,6 +230,12 @@ def _refuse_idle(context: click.Context) -> None:
 @_CLOCK
 @_COUNTS
 @click.option("--response", is_flag=True, help="The file holds a frequency response, no log.")
+@click.option("--actuator", metavar="NAME",
+              help="With --response: from what it is, torque or voltage; torque by default, "
+              "unless the arm has a motor.")  # fmt: skip
+@click.option("--sensor", metavar="NAME",
+              help="With --response: to what it is, as columns are named, such as theta_deg; "
+              "theta in rad by default.")  # fmt: skip
 @_file("--controller", "Also judge this controller (.json, .mat or .npz) on the measured response "
        "and on the fitted arm.")  # fmt: skip
 @OUT_FOLDER
@@ -241,6 +247,8 @@ def identify_command(
     sample_time: float | None,
     counts: float | None,
     response: bool,
+    actuator: str | None,
+    sensor: str | None,
     controller: Path | None,
     out: Path,
 ) -> None:
@@ -250,11 +258,15 @@ def identify_command(
     theta_deg and reference; docs/measurements.md has them all. DIR gets the report and the
     fitted arm as fitted.toml.
     """
+    if not response:
+        for given, option in ((actuator, "--actuator"), (sensor, "--sensor")):
+            if given is not None:
+                raise click.UsageError(f"{option} is for --response; columns of a log have names.")
     from slewctl.cli.identifying import identify
 
     identify(
-        log, arm, free, out, columns=columns, response=response, sample_time=sample_time,
-        counts=counts, controller=controller,
+        log, arm, free, out, columns=columns, between=(actuator, sensor) if response else None,
+        sample_time=sample_time, counts=counts, controller=controller,
     )  # fmt: skip
 
 

@@ -6,12 +6,13 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from slewctl.arm import Arm
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, progress
 from slewctl.design import Controller, given
-from slewctl.errors import InputError
+from slewctl.errors import InputError, shown
 from slewctl.files import computing_arm, find_arm
 from slewctl.loop import Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins
@@ -24,7 +25,9 @@ from slewctl.measured.response import Response
 from slewctl.measured.rig_fit_result import RigFit
 from slewctl.measured.rig_model import Modes, equations, integrations
 from slewctl.measured.rig_parameters import Rig
+from slewctl.measured.units import COUNTS, named
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.signals import ACTUATORS
 from slewctl.plant.statespace import Actuator
 
 _MAPPED = re.compile(r"columns=\{'(\w+)': '?([^'}]*)'?\}")
@@ -45,12 +48,12 @@ def identify(
     out: Path,
     *,
     columns: Sequence[str],
-    response: bool,
+    between: tuple[str | None, str | None] | None,
     sample_time: float | None,
     counts: float | None,
     controller: Path | None,
 ) -> None:
-    """Fit an arm to a log or a response, and write the report."""
+    """Fit an arm to a log, or to a response between two signals, and write the report."""
     from slewctl.report import write_identification  # matplotlib is only needed here
 
     start = find_arm(arm)
@@ -58,8 +61,11 @@ def identify(
     with options_named(_OPTIONS), _columns_as_options(), progress(3) as step:
         step("reading")
         measured: Log | Response
-        if response:
-            measured = read_response(file, _named(columns), sample_time=sample_time or 0.0)
+        if between is not None:
+            signals = _signals(*between, start, counts)
+            measured = read_response(
+                file, _named(columns), sample_time=sample_time or 0.0, **signals
+            )
         else:
             measured = read_named_log(file, columns, sample_time, counts)
         law = given(file=controller) if controller else None
@@ -86,6 +92,35 @@ def read_named_log(
     """Return a log whose columns the command line names; what is wrong names its option."""
     with options_named(_OPTIONS), _columns_as_options():
         return read_log(file, _named(columns), sample_time=sample_time, counts_per_turn=counts)
+
+
+def _signals(
+    actuator: str | None, sensor: str | None, arm: Arm, counts: float | None
+) -> dict[str, Any]:
+    """Return between which signals a response is, and its factor to their own units."""
+    if actuator is None and arm.motor is not None:
+        raise InputError(
+            "the arm has a motor, and nothing says whether the response is from its torque or "
+            "from its voltage",
+            where="--actuator",
+            remedy="give --actuator torque or --actuator voltage",
+        )
+    told = {}
+    for name, where, kind in (
+        (actuator or "torque", "--actuator", "torque or voltage"),
+        (sensor or "theta", "--sensor", "a sensor, such as theta_deg or tip"),
+    ):
+        found = named(name, counts)
+        if found is None or (found.signal in ACTUATORS) != (where == "--actuator"):
+            raise InputError(f"{shown(name)} is none", where=where, remedy=f"give {kind}")
+        told[where] = found
+    if counts is not None and told["--sensor"].unit != COUNTS:
+        raise InputError(
+            "the response is in no counts", where="--counts", remedy="give --sensor theta_counts"
+        )
+    source, target = told["--actuator"], told["--sensor"]
+    factor = target.factor / source.factor
+    return {"actuator": source.signal, "sensor": target.signal, "factor": factor}
 
 
 def _named(columns: Sequence[str]) -> dict[str, str]:

@@ -67,6 +67,33 @@ def test_a_log_becomes_a_report_and_an_arm(folder: Path) -> None:
     np.testing.assert_allclose(again.known_deviation, estimated.known_deviation, rtol=1e-9)
 
 
+def test_a_response_is_between_the_signals_that_are_named(tmp_path: Path) -> None:
+    """Of a motor's voltage, in degrees: taken for torque its back-EMF would be friction."""
+    arm = sc.arms.quanser_flexible_link()
+    path = sc.state_space(sc.truth(arm, 8), ["theta"], input="voltage")
+    hertz = np.geomspace(0.5, 60, 80)
+    values = [complex(path(2j * np.pi * f).item()) * 180 / np.pi for f in hertz]
+    rows = [f"{f:.9g},{v.real:.9g},{v.imag:.9g}" for f, v in zip(hertz, values, strict=True)]
+    file = tmp_path / "response.csv"
+    file.write_text("\n".join(["frequency_hz,real,imag", *rows]), encoding="utf-8")
+    fixed = ("identify", file, "--arm", "quanser-flexible-link", "--free", "hub.friction,gain",
+             "--out", tmp_path / "out")  # fmt: skip
+    run = command(*fixed, "--response", "--actuator", "voltage", "--sensor", "theta_deg")
+    assert run.returncode == 0, run.stderr
+    found = find_arm(str(tmp_path / "out" / "fitted.toml"))
+    assert found.hub.friction == pytest.approx(arm.hub.friction, rel=1e-3)
+    for options, told in (
+        (("--response",), "--actuator: the arm has a motor, and nothing says"),
+        (("--response", "--actuator", "theta"), "--actuator: 'theta' is none; give torque or"),
+        (("--response", "--actuator", "voltage", "--sensor", "thet"), "--sensor: 'thet' is none"),
+        (("--response", "--actuator", "voltage", "--counts", "4096"), "give --sensor theta_counts"),
+        (("--sensor", "theta"), "--sensor is for --response"),
+    ):
+        run = command(*fixed, *options)
+        assert run.returncode == 2
+        assert told in run.stderr
+
+
 def test_a_mistake_is_one_line(folder: Path) -> None:
     good = {"--arm": folder / "arm.toml", "--free": "gain", "--out": folder / "no"}
     wrong = (

@@ -198,7 +198,7 @@ def test_wrong_files_are_refused_in_one_line(tmp_path: Path) -> None:
     refusals = {
         "log.output: the output does not move": lambda: sc.read_log(dead),
         "1e+300 in row 10 is nothing that is measured": lambda: sc.read_log(glitch),
-        "in row 2 is nothing that is measured": lambda: sc.read_log(late),
+        "in row 1 is nothing that is measured": lambda: sc.read_log(late),
         "one sample makes no record": lambda: sc.read_log(lone),
         "all values are zero": lambda: sc.Response([1.0, 2.0], [0, 0]),
         "1e+300 in row 2 is nothing": lambda: sc.Response([1.0, 2.0], [1, 1e300]),
