@@ -68,7 +68,7 @@ def identify(
             )
         else:
             measured = read_named_log(file, columns, sample_time, counts)
-        law = given(file=controller) if controller else None
+        law = _law(controller) if controller else None
         step("fitting")
         found = fitted_arm(start, arm, measured, names)
         met = _met(found, law) if law else None
@@ -159,6 +159,14 @@ def _pair(told: str) -> tuple[str, str]:
             f"{told!r} maps nothing", where="columns", remedy="write it as theta_deg=enc"
         )
     return name, column
+
+
+def _law(file: Path) -> Controller:
+    """Return a controller of a file; what is wrong names its option."""
+    try:
+        return given(file=file)
+    except InputError as error:
+        raise error.at(f"--controller {file}") from error
 
 
 def _met(found: RigFit, law: Controller) -> tuple[OnMeasured, Margins | str]:

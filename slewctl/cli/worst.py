@@ -56,7 +56,12 @@ def print_worst(design: Path, asked: Asked, as_json: bool) -> int:
 def _search(file: DesignFile, asked: Asked) -> Uncertainty:
     """Return what is sought: the command line's words before the file's."""
     own = file.uncertainty
-    box = dict(map(_interval, asked.box)) or (own.box if own else {})
+    named = [_interval(text) for text in asked.box]
+    box = dict(named) or (own.box if own else {})
+    if named and len(box) < len(named):
+        names = [name for name, _ in named]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"{twice} is given twice", where="box", remedy="give one range of each")
     if not box:
         raise InputError(
             "no box: the file has no [uncertainty], and none is named",

@@ -46,6 +46,13 @@ def box_bounds(box: Mapping[str, Sequence[float]], arm: Arm) -> tuple[Array, Arr
                 where=f"box.{name}",
                 remedy="put the lowest value first and a greater one after it",
             )
+        for end in interval:
+            try:
+                vary(arm, **{name: float(end)})
+            except InputError as error:
+                raise InputError(
+                    f"{name}: {error.what}", where=f"box.{name}", remedy=error.remedy
+                ) from error
     for side in (0, 1):
         try:
             vary(arm, **{name: float(interval[side]) for name, interval in box.items()})

@@ -60,7 +60,7 @@ def find_compiler() -> str:
             return found
     raise InputError(
         f"no C compiler is installed ({named or 'cc, gcc, clang'})",
-        where="--compiled",
+        where="CC",
         remedy="install one, or name it in the variable CC",
     )
 
@@ -179,13 +179,13 @@ def run_compiler(command: Sequence[str], folder: Path) -> None:
     except (OSError, subprocess.TimeoutExpired) as error:
         raise InputError(
             f"the compiler {command[0]} does not run: {error}",
-            where="--compiled",
+            where="CC",
             remedy="name another in the variable CC",
         ) from error
     if told.returncode:
         lines = [line for line in told.stderr.splitlines() if "error" in line] or ["no reason"]
         raise InputError(
             f"the compiler {command[0]} refuses the code: {lines[0].strip()}",
-            where="--compiled",
+            where="CC",
             remedy="use one that knows C11 and the options of gcc",
         )

@@ -91,8 +91,9 @@ def fmu_bytes(program: Program) -> bytes:
     name = program.name
     sources = {f"{name}.h": header_text(program), f"{name}.c": source_text(program)}
     guid = _guid(sources)
-    sources["fmi2.c"] = _interface(program, guid)
-    files: dict[str, bytes] = {"modelDescription.xml": _description(program, guid)}
+    interface = f"{name}_fmi2.c"
+    sources[interface] = _interface(program, guid)
+    files = {"modelDescription.xml": _description(program, guid, [f"{name}.c", interface])}
     files |= {f"sources/{file}": text.encode("ascii") for file, text in sources.items()}
     with tempfile.TemporaryDirectory(prefix="slewctl-") as place:
         for file, text in sources.items():
@@ -100,7 +101,7 @@ def fmu_bytes(program: Program) -> bytes:
         out = f"{name}{ending}"
         run_compiler(
             [find_compiler(), *FLAGS, "-fvisibility=hidden", "-shared", "-fPIC", f"{name}.c",
-             "fmi2.c", "-lm", "-o", out],
+             interface, "-lm", "-o", out],
             Path(place),
         )  # fmt: skip
         files[f"binaries/{folder}/{out}"] = (Path(place) / out).read_bytes()
@@ -139,7 +140,7 @@ def _interface(program: Program, guid: str) -> str:
     return text
 
 
-def _description(program: Program, guid: str) -> bytes:
+def _description(program: Program, guid: str, sources: list[str]) -> bytes:
     """Return the model description."""
     root = ET.Element(
         "fmiModelDescription",
@@ -147,11 +148,14 @@ def _description(program: Program, guid: str) -> bytes:
         description=" ".join(program.notes), generationTool="slewctl",
         variableNamingConvention="flat", numberOfEventIndicators="0",
     )  # fmt: skip
-    ET.SubElement(
+    kind = ET.SubElement(
         root, "CoSimulation",
         modelIdentifier=program.name, canHandleVariableCommunicationStepSize="true",
         canGetAndSetFMUstate="true", canSerializeFMUstate="true",
     )  # fmt: skip
+    files = ET.SubElement(kind, "SourceFiles")
+    for file in sources:
+        ET.SubElement(files, "File", name=file)
     command = UNITS[program.actuator].replace("*", "·")
     units = ET.SubElement(root, "UnitDefinitions")
     names = [signal(name).unit for name in program.sensors]
@@ -176,11 +180,11 @@ def _description(program: Program, guid: str) -> bytes:
                           causality="output", variability="discrete")  # fmt: skip
     ET.SubElement(fault, "Integer")
     structure = ET.SubElement(root, "ModelStructure")
-    for kind in ("Outputs", "InitialUnknowns"):
-        unknown = ET.SubElement(structure, kind)
+    for part in ("Outputs", "InitialUnknowns"):
+        unknown = ET.SubElement(structure, part)
         # A command that is due later depends on no input of its own time.
         at_once = [] if program.controller.delay else list(range(1, k + 1))
-        if at_once and kind == "InitialUnknowns":
+        if at_once and part == "InitialUnknowns":
             at_once.append(k + 2)  # where it starts
         ET.SubElement(
             unknown, "Unknown", index=str(k + 1), dependencies=" ".join(map(str, at_once))

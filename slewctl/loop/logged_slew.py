@@ -12,6 +12,7 @@ from slewctl._types import Array
 from slewctl.errors import InputError
 from slewctl.loop.motion.simulation import UNITS, Simulation
 from slewctl.measured.log import Log
+from slewctl.plant.signals import SIGNALS
 
 # A part of the signal's own range: nearer than that, or than some steps of the encoder, two
 # curves are one.
@@ -169,7 +170,7 @@ def replay(simulation: Simulation, log: Log) -> Replay:
         raise InputError(
             f"a simulated slew has no {sensor}",
             where="log.sensor",
-            remedy=f"give a log of {', '.join(sorted(told & {*UNITS}))}",
+            remedy=f"give a log of {', '.join(sorted(told & {*SIGNALS}))}",
         )
     if log.actuator not in signals:
         raise InputError(

@@ -81,6 +81,8 @@ REFUSED = [
     (("damping_facto=0:1",), {}, "--box: unknown property 'damping_facto'; did you mean"),
     (("damping_factor=2:1",), {}, "--box: 2 … 1 is empty"),
     ((), {}, "--box: no box"),
+    (("payload_mass=-1:1",), {}, "--box: payload_mass: -1 is negative"),
+    (("payload_mass=0:1", "payload_mass=0:2"), {}, "--box: payload_mass is given twice"),
     (("damping_factor=0.5:1",), {"quantity": "disc"}, "--quantity: unknown name 'disc'"),
     (("damping_factor=0.5:1",), {"samples": 0, "seed": 1}, "--seed: means nothing"),
 ]

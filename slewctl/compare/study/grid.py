@@ -201,6 +201,10 @@ def check_sensors(names: object, where: str = "sensors") -> tuple[str, ...]:
             where=where,
             remedy="give a list, such as ['theta', 'tip']",
         )
+    if len(set(names)) < len(names):
+        raise InputError(
+            f"{shown(list(names))} names one twice", where=where, remedy="name each sensor once"
+        )
     return check_each(names, where, _one_of(SENSORS))
 
 

@@ -153,6 +153,12 @@ def slices_of(designs: Designs) -> tuple[StudySlice, ...]:
 def sliced(slices: Sequence[StudySlice], wanted: Mapping[str, str]) -> tuple[StudySlice, ...]:
     """Return the slices at some values of the axes; see `StudyResult.sliced`."""
     found = list(slices)
+    if wanted and not found:
+        raise InputError(
+            "the study has no maps: one is of several hub ratios and several orders",
+            where="slice",
+            remedy="leave it out",
+        )
     for axis, text in wanted.items():
         check_choice(axis, COMMON, "slice")
         values = sorted({part.rows[0].get(axis) for part in found}, key=lambda v: (v is None, v))
@@ -162,7 +168,7 @@ def sliced(slices: Sequence[StudySlice], wanted: Mapping[str, str]) -> tuple[Stu
             raise InputError(
                 f"no slice has {axis} = {shown(text)}",
                 where="slice",
-                remedy=f"there are {'; '.join(there)}" if there else "leave it out",
+                remedy=f"there are {'; '.join(there)}",
             )
         found = [part for part in found if part.rows[0].get(axis) == there[given]]
     return tuple(found)
