@@ -302,3 +302,14 @@ def test_a_margin_that_is_reached_at_rest_is_at_zero_and_has_no_system(skew: flo
     assert np.allclose(np.imag(disk.factors), 0, atol=1e-6)
     with pytest.raises(InputError, match="no real-rational perturbation"):
         perturbation_system(disk)
+
+
+@pytest.mark.parametrize("step", [0, 0.1])
+def test_static_loops_have_no_factor_that_is_no_number(step: float) -> None:
+    """Of L = I, S − 1/2 is zero: no change destabilises; of L = 0 only an infinite gain does."""
+    one, none = (
+        multiloop_disk_margin(control.ss([], [], [], gain * np.eye(2), step)) for gain in (1, 0)
+    )
+    assert (one.guaranteed, one.reached, one.factors) == (np.inf, np.inf, ())
+    assert none.reached == pytest.approx(2)
+    assert not np.isnan(none.factors).any()

@@ -62,9 +62,9 @@ class MultiloopDisk:
     frequency_hz : float or None
         Where; None for infinite frequency.
     perturbation : tuple of complex
-        δ of each channel, all of size `reached`.
+        δ of each channel, all of size `reached`; empty where that is infinite.
     factors : tuple of complex
-        f of each channel: what multiplies its loop there.
+        f of each channel: what multiplies its loop there; one of them may be infinite.
     on_axis : float
         Distance of the closest closed-loop pole from jω (from e^{jωT} when sampled) with the
         factors applied, relative to ω (to ωT).
@@ -198,8 +198,8 @@ def multiloop_disk_margin(
     _require_stable(loop, S)
     M = _shifted(S, (sigma - 1) / 2)
     peak = structured_peak(M)
-    delta = peak.destabiliser.delta
     reached = 1 / peak.destabiliser.value if peak.destabiliser.value else np.inf
+    delta = peak.destabiliser.delta if np.isfinite(reached) else np.zeros(0, complex)
     guaranteed = 1 / peak.upper if peak.upper else np.inf
     factors = _factors(delta, sigma)
     distance = _on_axis(loop, M, peak, factors) if np.isfinite(reached) else 0.0
@@ -291,8 +291,9 @@ def _mode(loop: LinearSystem, hertz: float | None) -> str:
 
 
 def _factors(delta: ComplexArray, sigma: float) -> ComplexArray:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray((1 + (1 - sigma) / 2 * delta) / (1 - (1 + sigma) / 2 * delta))
+    over, under = 1 + (1 - sigma) / 2 * delta, 1 - (1 + sigma) / 2 * delta
+    # A quotient by zero would be no number in its imaginary part.
+    return np.divide(over, under, out=np.full(delta.shape, np.inf + 0j), where=under != 0)
 
 
 def _closed(loop: LinearSystem, factors: ComplexArray) -> ComplexArray:
