@@ -37,6 +37,7 @@ from slewctl.compare import (
 )
 from slewctl.compare.study.grid import check_sensors
 from slewctl.compare.study.processes import ENDINGS
+from slewctl.compare.study.recommend import require_clock
 from slewctl.compare.study.slices import COMMON
 from slewctl.design.clocked import read_clock
 from slewctl.errors import InputError, check_choice
@@ -155,6 +156,7 @@ def print_recommendation(
         names = check_sensors([name.strip() for name in sensors.split(",")])
     with options_named({"sample_time": "--sample-time", "delay": "--delay"}):
         read_clock(sample_time, delay)
+        require_clock(chosen, sample_time)
     with progress(count_trials(), every=PATIENCE) as step, computing_arm(arm):
         advice = recommend(
             chosen, names, sample_time=sample_time, delay=delay, damping=damping, progress=step

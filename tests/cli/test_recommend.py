@@ -47,7 +47,12 @@ def test_a_program_in_a_pipe_is_told_that_it_goes_on(
 
 @pytest.mark.parametrize(
     ("sample_time", "delay", "told"),
-    [(None, 0.1, "--delay: "), (0.0, 0.0, "--sample-time: "), (0.1, 5.0, "--delay: ")],
+    [
+        (None, 0.1, "--delay: "),
+        (0.0, 0.0, "--sample-time: "),
+        (0.1, 5.0, "--delay: "),
+        (10.0, 0.0, "--sample-time: a clock of 10 s knows nothing beyond 0.05 Hz"),
+    ],
 )
 def test_an_impossible_clock_is_told_by_its_option(
     sample_time: float | None, delay: float, told: str

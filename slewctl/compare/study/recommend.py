@@ -22,7 +22,7 @@ from slewctl.compare.study.designs import GOOD
 from slewctl.compare.study.grid import check_sensors, omega_of
 from slewctl.compare.study.point import on_twice, place_of
 from slewctl.design.clocked import read_clock
-from slewctl.errors import DesignError, SlewctlError
+from slewctl.errors import DesignError, InputError, SlewctlError
 from slewctl.model import beam_inertia
 
 # Over the first flexible frequency, from slow to faster than any small model bears.
@@ -228,6 +228,7 @@ def recommend(
     require_beam(arm.beam, "recommend")
     measured = check_sensors(sensors)
     clock = read_clock(sample_time, delay)
+    require_clock(arm, sample_time)
     trials = []
     for bandwidth in BANDWIDTHS:
         hertz = omega_of(arm, bandwidth) / (2 * math.pi)
@@ -244,11 +245,23 @@ def recommend(
     basis, n = ranked[0]
     limit = _limit([t for t in trials if (t.basis, t.n) == (basis, n)])
     if limit == 0:
-        raise _nothing_found(arm, trials, damping)
+        raise _nothing_found(arm, trials, damping, bool(sample_time))
     ratio = arm.hub_inertia / beam_inertia(arm)
     return Recommendation(
         arm.name, ratio, measured, basis, n, limit, tuple(trials), damping, **clock
     )
+
+
+def require_clock(arm: Arm, sample_time: float | None) -> None:
+    """Refuse a clock that knows nothing of any bandwidth that is tried."""
+    slowest = omega_of(arm, BANDWIDTHS[0]) / (2 * math.pi)
+    if sample_time and 0.5 / sample_time < slowest:
+        raise InputError(
+            f"a clock of {sample_time:g} s knows nothing beyond {0.5 / sample_time:.3g} Hz, and "
+            f"the slowest bandwidth tried is {slowest:.3g} Hz",
+            where="sample_time",
+            remedy=f"take at most {0.1 / slowest:.2g} s",
+        )
 
 
 def _evaluated(
@@ -290,12 +303,13 @@ def _limit(trials: Sequence[Trial]) -> float:
     return limit
 
 
-def _nothing_found(arm: Arm, trials: Sequence[Trial], damping: str) -> DesignError:
+def _nothing_found(arm: Arm, trials: Sequence[Trial], damping: str, sampled: bool) -> DesignError:
     holding = [t for t in trials if t.stable and t.loss is not None]
     closest = min(holding, key=lambda t: t.loss or 0.0, default=None)
     near = (
         f"; the closest is {closest.basis}, n = {closest.n} at {closest.bandwidth_hz:.3g} Hz, "
-        f"which loses {percent(closest.loss or 0.0)} with {closest.phase_margin_deg:.0f} deg"
+        f"which loses {percent(max(closest.loss or 0.0, 0.0))} "
+        f"with {closest.gain_margin_db:.1f} dB and {closest.phase_margin_deg:.0f} deg"
         if closest
         else ""
     )
@@ -308,5 +322,6 @@ def _nothing_found(arm: Arm, trials: Sequence[Trial], damping: str) -> DesignErr
         remedy="give the arm its damping (damping_ratio in a TOML file): without any, a mode that "
         "the controller does not know is on the edge of stability"
         if undamped
-        else "add a sensor, or give the arm the hub inertia that it has",
+        else "add a sensor, or give the arm the hub inertia that it has"
+        + (", or take a faster clock" if sampled else ""),
     )
