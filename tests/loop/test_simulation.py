@@ -389,3 +389,22 @@ def test_a_simulation_draws_and_tells_itself() -> None:
     with pytest.raises(sc.InputError, match="what"):
         found.plot("nothing")
     assert {"t", "tip", "applied", "energy"} <= found.rows()[0].keys()
+
+
+def test_a_voltage_that_limits_the_torque_is_met_to_second_order() -> None:
+    """What the back-EMF leaves of it changes while a sample is held."""
+    rig = sc.arms.quanser_flexible_link()
+    assert rig.motor is not None
+    arm = replace(rig, motor=replace(rig.motor, voltage_limit=1.2))
+    slew = sc.Slew(60.0, 0.8, conditions=sc.Conditions(saturate=True))
+    asked = sc.Problem(
+        arm, {"tip": 0.03, "torque": 0.5}, {"torque": 0.01, "theta": 0.001}, slew=slew
+    )
+    K = sc.lqg(asked.plant("clamped-free", n=2), sample_time=0.004)
+    t = np.linspace(0, 1.5, 301)
+    found = [asked.simulate(K, step=step) for step in (2e-3, 1e-3, 2.5e-4)]
+    coarse, fine, exact = (np.interp(t, each.t, each.signals["theta"]) for each in found)
+    for each in found:
+        assert np.abs(each.signals["voltage"]).max() == pytest.approx(1.2, rel=1e-12)
+    assert np.abs(fine - exact).max() < 0.4 * np.abs(coarse - exact).max()
+    assert np.abs(fine - exact).max() < 2e-5

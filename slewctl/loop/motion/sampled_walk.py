@@ -69,6 +69,9 @@ def _walked(walk: Walk, law: _Law) -> Track:
     def remainder(z: Array, _: int) -> Array:
         return arm.remainder(z, walk.whole)
 
+    def ahead(z: Array, h: float) -> Array:
+        return linear(h) @ z if smooth else walk.steps.step(z, h, remainder)
+
     for i in range(size):
         kind = kinds[i]
         if kind == _SAMPLE:
@@ -86,7 +89,13 @@ def _walked(walk: Walk, law: _Law) -> Track:
         if not h:
             continue
         z[n + AT_MOTOR] = disturbance[i]
-        z = linear(h) @ z if smooth else walk.steps.step(z, h, remainder)
+        z, before = ahead(z, h), z
+        if limits.of_speed:
+            # What is had at the end is not what was had before: half of either.
+            first, last = before[n + COMMAND], limits.held(held, arm.rotor_rate(z))
+            if first != last:
+                before[n + COMMAND] = 0.5 * (first + last)
+                z = ahead(before, h)
         if rubs:
             z, friction[i] = walk.rub(z, h)
     return Track.of(times, kept[:, :n], commands, kept[:, n + COMMAND], friction)
