@@ -190,26 +190,34 @@ def replay(simulation: Simulation, log: Log) -> Replay:
             where="log",
             remedy="give the whole slew",
         )
-    if start < log.sample_time and not log.whole:
-        raise InputError(
-            "; ".join(["the slew begins before what is kept of the log", *log.remarks]),
-            where="log",
-            remedy="give a log without gaps in the slew",
-        )
+    early = log.cut[0] and start < log.sample_time
+    if early or (log.cut[1] and start + simulation.slew.duration_s > clock[-1]):
+        raise _gap(log)
     before = log.output[clock < start]
     rest = float(np.median(before)) if len(before) else float(log.output[0])
     turned = sensor.startswith("theta") and not sensor.endswith("dot")
     predicted = np.interp(t, simulation.t, signals[sensor])
     measured = log.output[within] - (rest if turned else 0.0)
     given = _held(simulation, log.actuator, t, log.sample_time)
+    output = _compared(sensor, measured, predicted, t, log.resolution)
+    if log.cut[0] and output.fit < 0:  # it found no slew, for it begins before
+        raise _gap(log)
     return Replay(
         log,
         simulation,
         start,
         by,
         t,
-        _compared(sensor, measured, predicted, t, log.resolution),
+        output,
         _compared(log.actuator, log.input[within], given, t, 0.0),
+    )
+
+
+def _gap(log: Log) -> InputError:
+    return InputError(
+        "; ".join(["the log has a gap in the slew", *log.remarks]),
+        where="log",
+        remedy="give a log without gaps in the slew",
     )
 
 

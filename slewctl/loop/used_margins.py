@@ -22,6 +22,8 @@ from slewctl.plant.dead_time import loop_dead_time
 _LEVEL = 0.95
 # How much slower than the controller's a log's clock may be: what two clocks differ by.
 _SLOWER = 0.01
+# Dead times that are tried in a sample, and in all at most.
+_IN_A_SAMPLE, _MOST = 32, 65
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class MarginUse:
         How much the gain may fall, as a negative number, and rise.
     delay_margin_s : float
     together : bool
-        Whether the loop is stable with every gain and every dead time of both intervals.
+        Whether the loop is stable with every gain and dead time of both intervals at once.
     """
 
     gain_db: tuple[float, float]
@@ -76,7 +78,8 @@ def margin_use(loop: Loop, log: Log) -> MarginUse:
 
     Gain and dead time alone are fitted to the log, the arm as it is: what else differs shows
     in them, or in the fit of a replay.  Margins are of gain or dead time alone; whether the loop
-    stands both at once is found on the edges of the rectangle of their intervals.
+    is stable with both at once is asked of the rectangle of their intervals: proved of a
+    continuous loop, of a sampled one at dead times a thirty-second of a sample apart.
 
     Parameters
     ----------
@@ -110,50 +113,54 @@ def margin_use(loop: Loop, log: Log) -> MarginUse:
     found = fit(arm, log, ["gain", "delay"])
     gain, delay = (found.interval(name, _LEVEL) for name in ("gain", "delay"))
     known = loop_dead_time(arm, [log.sensor]) + controller.delay
-    margins, late = loop.margins, (max(delay[0], 0.0) - known, delay[1] - known)
+    margins, times = loop.margins, (max(delay[0], 0.0), max(delay[1], 0.0))
     return MarginUse(
         (_decibels(gain[0]), _decibels(gain[1])),
-        (delay[0] - known, late[1]),
+        (delay[0] - known, delay[1] - known),
         (-margins.gain_reduction_db.value, margins.gain_db.value),
         margins.delay_s.value,
-        gain[0] > 0 and _stands(loop, gain, late),
+        gain[0] > 0 and _stands(loop, gain, times),
     )
 
 
-def _stands(loop: Loop, gain: tuple[float, float], late: tuple[float, float]) -> bool:
-    """Whether a stable loop stays so with every gain factor and dead time between some.
+def _stands(loop: Loop, gain: tuple[float, float], times: tuple[float, float]) -> bool:
+    """Whether a loop is stable with every gain factor and dead time between some.
 
-    Where g·L e^(−jωd) = −1, gain and dead time are functions of ω that are continuous but
-    where the gain is zero or infinite, and end outside of a rectangle about (1, 0).  So none is
-    inside it if none is on its edges: those of one gain are what delay margins tell of, those
-    of one dead time what gain margins do.
+    Gain margins tell of all gains at one dead time.  Of a continuous loop two are enough, with
+    the delay margins at both gains: where g·L e^(−jωd) = −1, gain and dead time are functions of
+    ω that are continuous but where the gain is zero or infinite, and end outside of any
+    rectangle, so that none is inside it if none is on its edges.  Between samples a dead time
+    does more than turn L, and margins know of whole samples alone: many dead times are tried.
     """
-    low, high = min(gain[0], 1.0), max(gain[1], 1.0)
-    least, most = min(late[0], 0.0), max(late[1], 0.0)
+    low, high = gain
+    middle, sampled = math.sqrt(low * high), loop.controller.sample_time
+    up, down = _decibels(high / middle), _decibels(middle / low)
+    span, tried = times[1] - times[0], 2
+    if sampled:
+        tried = min(2 + math.ceil(_IN_A_SAMPLE * span / sampled), _MOST)
     try:
-        of_gain = [_changed(loop, factor, least).margins.delay_s for factor in (low, high)]
-        of_time = [_changed(loop, 1.0, delay).margins for delay in (least, most)]
+        for time in np.linspace(*times, tried).tolist():
+            found = _changed(loop, middle, time).margins
+            if not (up < _proved(found.gain_db) and down < _proved(found.gain_reduction_db)):
+                return False
+        return bool(sampled) or all(
+            span < _proved(_changed(loop, factor, times[0]).margins.delay_s) for factor in gain
+        )
     except UnstableLoopError:
         return False
-    up, down = _decibels(high), -_decibels(low)
-    return all(most - least < _proved(margin) for margin in of_gain) and all(
-        up < _proved(each.gain_db) and down < _proved(each.gain_reduction_db) for each in of_time
-    )
 
 
-def _changed(loop: Loop, factor: float, late: float) -> Loop:
-    """Return a loop with another gain, and so much more dead time, or less."""
-    arm, own = loop.model.arm, loop.controller
-    actuator, K = arm.actuator or Actuator(), own.linear
-    first = actuator.delay + late
+def _changed(loop: Loop, factor: float, time: float) -> Loop:
+    """Return a loop with another gain, and so much dead time in all."""
+    arm, own, K = loop.model.arm, loop.controller, loop.controller.linear
     scaled = LinearSystem(
         K.A, K.B, factor * np.asarray(K.C), factor * np.asarray(K.D), K.dt,
         inputs=K.input_labels, outputs=K.output_labels,
     )  # fmt: skip
-    drive = replace(actuator, delay=max(first, 0.0))
-    model = replace(loop.model, arm=replace(arm, actuator=drive))
-    controller = replace(own, system=scaled, delay=max(own.delay + min(first, 0.0), 0.0))
-    return close(model, loop.objective, controller)
+    drive = replace(arm.actuator or Actuator(), delay=time)
+    sensors = {name: replace(sensor, delay=0.0) for name, sensor in dict(arm.sensors).items()}
+    model = replace(loop.model, arm=replace(arm, actuator=drive, sensors=sensors))
+    return close(model, loop.objective, replace(own, system=scaled, delay=0.0))
 
 
 def _proved(margin: Crossing) -> float:

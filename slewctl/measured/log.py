@@ -46,8 +46,8 @@ class Log(Described):
     ----------
     resolution : float
         Step of the output in its unit, as an encoder's; zero where none is seen.
-    whole : bool
-        Whether it is all that was given, and not a stretch of it.
+    cut : tuple of bool
+        Whether anything was given before it, and after it, that is left out for a gap.
 
     Raises
     ------
@@ -74,7 +74,7 @@ class Log(Described):
     source: str = ""
     remarks: tuple[str, ...] = field(default=())
     resolution: float = field(default=0.0, init=False)
-    whole: bool = field(default=True, init=False)
+    cut: tuple[bool, bool] = field(default=(False, False), init=False)
 
     def __post_init__(self) -> None:
         check_positive(self.sample_time, "log.sample_time")
@@ -122,7 +122,7 @@ class Log(Described):
             column.setflags(write=False)
             set_(self, name, column)
         set_(self, "resolution", step)
-        set_(self, "whole", count == before)
+        set_(self, "cut", (stretch.start > 0, stretch.stop < before))
         set_(self, "remarks", (*self.remarks, *told))
 
     @property

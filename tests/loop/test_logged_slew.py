@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import slewctl as sc
-from slewctl.loop import margin_use
+from slewctl.loop import Loop, margin_use
 from slewctl.loop.logged_slew import _missed_from
+from slewctl.loop.used_margins import _stands
 from slewctl.measured.log import Log
 
 T = 0.005
@@ -137,14 +138,57 @@ def test_a_slew_without_noise_tells_the_gain_and_no_deviation_of_nothing() -> No
     assert "hardly determined" not in str(sc.fit(ARM, log, ["gain", "delay"]))
 
 
+def test_dead_times_that_destabilise_between_two_others_are_seen() -> None:
+    """Between samples a dead time turns a mode above half the clock's frequency by itself."""
+    arm = sc.Arm(
+        sc.Beam(0.38, 0.17, 0.2128), sc.Hub(0.00245, friction=0.021), damping_ratio=0.008,
+        sensors={"theta": sc.Sensor(delay=0.003)},
+    )  # fmt: skip
+    asked = sc.Problem(
+        arm, {"tip": 0.02, "torque": 0.1}, {"torque": 0.001, "theta": 0.0003}, truth_modes=4
+    )
+    pid = {"kp": 0.379, "kd": 0.1613, "filter_hz": 100.0}
+
+    def late(time: float) -> Loop:
+        law = sc.given(pid=pid, sample_time=0.0114, discretise="tustin", delay=time)
+        return sc.close(asked.truth, asked.objective, law)
+
+    assert [late(time).stable for time in (0.0, 0.0015, 0.003, 0.005)] == [True, True, False, True]
+    # Dead times in all: that of the sensor is one of them.
+    loop = late(0.0)
+    assert _stands(loop, (1.0, 1.0), (0.003, 0.0045))
+    assert not _stands(loop, (1.0, 1.0), (0.003, 0.008))
+    assert _stands(loop, (1.0, 1.0), (0.008, 0.008))
+    assert not _stands(loop, (1.0, 1.0), (0.006, 0.006))
+
+
+@pytest.mark.parametrize(
+    ("start", "gap", "refused"),
+    [(0.5, 0.3, True), (0.5, 0.6, True), (0.5, 0.8, True), (2.0, 0.6, True), (2.0, 0.95, True),
+     (0.0, 3.0, False), (2.0, -0.5, False)],
+)  # fmt: skip
+def test_only_a_gap_in_the_slew_itself_is_refused(start: float, gap: float, refused: bool) -> None:
+    """Gaps at so many durations of the slew from its start on."""
+    made = predicted()
+    log = logged(made, start)
+    output = log.output.copy()
+    output[round((start + gap * made.slew.duration_s) / T)] = np.nan
+    broken = Log(T, log.input, output, None, log.actuator, log.sensor)
+    if refused:
+        with pytest.raises(sc.InputError, match="a gap in the slew"):
+            sc.replay(made, broken)
+    else:
+        assert sc.replay(made, broken).output.fit > 99
+
+
 def test_a_slew_with_a_gap_in_it_is_refused() -> None:
     """What is kept after it would be taken for a slew that begins there."""
     log = logged(predicted(), 0.5)
     output = log.output.copy()
     output[round((0.5 + 0.3 * predicted().slew.duration_s) / T)] = np.nan
     gap = Log(T, log.input, output, None, log.actuator, log.sensor)
-    assert not gap.whole
-    with pytest.raises(sc.InputError, match="the slew begins before what is kept of the log; 1 s"):
+    assert gap.cut == (True, False)
+    with pytest.raises(sc.InputError, match="the log has a gap in the slew; 1 s"):
         sc.replay(predicted(), gap)
 
 
