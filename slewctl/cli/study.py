@@ -62,7 +62,8 @@ def study(
         from slewctl.report import write_study  # matplotlib is only needed here
 
         cluster = nullcontext() if dask is None else dask_cluster(dask)
-        logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # tasks of connections that break
+        if dask is not None:  # tasks of connections that break are told in our words
+            logging.getLogger("asyncio").setLevel(logging.CRITICAL)
         # What is wrong with the results or the cluster is no fault of the file.
         elsewhere = {"dask": "--dask", "executor": "--dask", "study": str(file), "": str(file)}
         with (

@@ -58,7 +58,7 @@ def _search(file: DesignFile, asked: Asked) -> Uncertainty:
     own = file.uncertainty
     named = [_interval(text) for text in asked.box]
     box = dict(named) or (own.box if own else {})
-    if named and len(box) < len(named):
+    if len(box) < len(named):
         names = [name for name, _ in named]
         twice = next(name for name in names if names.count(name) > 1)
         raise InputError(f"{twice} is given twice", where="box", remedy="give one range of each")

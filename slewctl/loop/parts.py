@@ -61,11 +61,16 @@ def feedback_sign(sign: object, controller: object = None) -> int:
 
 def negated(system: LinearSystem) -> LinearSystem:
     """Return −G with the names of G."""
+    return times(-1.0, system)
+
+
+def times(factor: float, system: LinearSystem) -> LinearSystem:
+    """Return a factor times G with the names of G."""
     return LinearSystem(
         system.A,
         system.B,
-        -system.C,
-        -system.D,
+        factor * np.asarray(system.C),
+        factor * np.asarray(system.D),
         system.dt,
         inputs=list(system.input_labels),
         outputs=list(system.output_labels),

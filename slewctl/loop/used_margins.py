@@ -11,11 +11,11 @@ from slewctl.arm import Actuator
 from slewctl.errors import InputError
 from slewctl.loop.closed import Loop
 from slewctl.loop.connect import close
+from slewctl.loop.parts import times
 from slewctl.loop.single.margin_results import Crossing
 from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.measured.fit import fit
 from slewctl.measured.log import Log
-from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.dead_time import loop_dead_time
 
 # Probability of the intervals.
@@ -79,7 +79,7 @@ def margin_use(loop: Loop, log: Log) -> MarginUse:
     Gain and dead time alone are fitted to the log, the arm as it is: what else differs shows
     in them, or in the fit of a replay.  Margins are of gain or dead time alone; whether the loop
     is stable with both at once is asked of the rectangle of their intervals: proved of a
-    continuous loop, of a sampled one at dead times a thirty-second of a sample apart.
+    continuous loop, of a sampled one at dead times a thirty-second of a sample apart, or 65.
 
     Parameters
     ----------
@@ -113,17 +113,17 @@ def margin_use(loop: Loop, log: Log) -> MarginUse:
     found = fit(arm, log, ["gain", "delay"])
     gain, delay = (found.interval(name, _LEVEL) for name in ("gain", "delay"))
     known = loop_dead_time(arm, [log.sensor]) + controller.delay
-    margins, times = loop.margins, (max(delay[0], 0.0), max(delay[1], 0.0))
+    margins, late = loop.margins, (max(delay[0], 0.0), max(delay[1], 0.0))
     return MarginUse(
         (_decibels(gain[0]), _decibels(gain[1])),
         (delay[0] - known, delay[1] - known),
         (-margins.gain_reduction_db.value, margins.gain_db.value),
         margins.delay_s.value,
-        gain[0] > 0 and _stands(loop, gain, times),
+        gain[0] > 0 and _stands(loop, gain, late),
     )
 
 
-def _stands(loop: Loop, gain: tuple[float, float], times: tuple[float, float]) -> bool:
+def _stands(loop: Loop, gain: tuple[float, float], late: tuple[float, float]) -> bool:
     """Whether a loop is stable with every gain factor and dead time between some.
 
     Gain margins tell of all gains at one dead time.  Of a continuous loop two are enough, with
@@ -135,16 +135,16 @@ def _stands(loop: Loop, gain: tuple[float, float], times: tuple[float, float]) -
     low, high = gain
     middle, sampled = math.sqrt(low * high), loop.controller.sample_time
     up, down = _decibels(high / middle), _decibels(middle / low)
-    span, tried = times[1] - times[0], 2
+    span, tried = late[1] - late[0], 2
     if sampled:
         tried = min(2 + math.ceil(_IN_A_SAMPLE * span / sampled), _MOST)
     try:
-        for time in np.linspace(*times, tried).tolist():
+        for time in np.unique(np.linspace(*late, tried)).tolist():
             found = _changed(loop, middle, time).margins
             if not (up < _proved(found.gain_db) and down < _proved(found.gain_reduction_db)):
                 return False
         return bool(sampled) or all(
-            span < _proved(_changed(loop, factor, times[0]).margins.delay_s) for factor in gain
+            span < _proved(_changed(loop, factor, late[0]).margins.delay_s) for factor in gain
         )
     except UnstableLoopError:
         return False
@@ -152,15 +152,11 @@ def _stands(loop: Loop, gain: tuple[float, float], times: tuple[float, float]) -
 
 def _changed(loop: Loop, factor: float, time: float) -> Loop:
     """Return a loop with another gain, and so much dead time in all."""
-    arm, own, K = loop.model.arm, loop.controller, loop.controller.linear
-    scaled = LinearSystem(
-        K.A, K.B, factor * np.asarray(K.C), factor * np.asarray(K.D), K.dt,
-        inputs=K.input_labels, outputs=K.output_labels,
-    )  # fmt: skip
+    arm, own = loop.model.arm, loop.controller
     drive = replace(arm.actuator or Actuator(), delay=time)
     sensors = {name: replace(sensor, delay=0.0) for name, sensor in dict(arm.sensors).items()}
     model = replace(loop.model, arm=replace(arm, actuator=drive, sensors=sensors))
-    return close(model, loop.objective, replace(own, system=scaled, delay=0.0))
+    return close(model, loop.objective, replace(own, system=times(factor, own.linear), delay=0.0))
 
 
 def _proved(margin: Crossing) -> float:
