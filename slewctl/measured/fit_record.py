@@ -76,7 +76,7 @@ def fit_record(
         with suppress(SlewctlError):  # a descent may leave all arms
             mine = data()
             x, remainder = _approach(problem, mine, start)
-            ends.append((data().unlikely(problem.rig_at(x)), mine, x, remainder))
+            ends.append((_unlikely(problem, data(), x), mine, x, remainder))
     if not ends:
         raise AccuracyError(
             "no arm near the one given moves like the log",
@@ -87,6 +87,13 @@ def fit_record(
     return _refined(problem, mine, x, remainder)
 
 
+def _unlikely(problem: RigProblem, data: RecordData, x: Array) -> float:
+    rig = problem.rig_at(x)
+    if data.driven(data.state_part(rig)):
+        data.rub(rig, None)
+    return data.unlikely(rig)
+
+
 def _approach(problem: RigProblem, data: RecordData, start: Array) -> tuple[Array, Remainder]:
     """Return a minimum of the log's least squares, about, and what is left there."""
     x, remainder = start, data.state_part(problem.rig_at(start))
@@ -94,6 +101,9 @@ def _approach(problem: RigProblem, data: RecordData, start: Array) -> tuple[Arra
         if round_:
             remainder = _read(problem, data, x, remainder)
         x = descend_record(problem, data, x, fine=False)
+        if not round_ and data.driven(data.state_part(problem.rig_at(x))):
+            data.rub(problem.rig_at(start), None)
+            x = descend_record(problem, data, start, fine=False)
         if round_ == _FREE:
             x = elsewhere(problem, data, x)
         remainder = data.state_part(problem.rig_at(x))

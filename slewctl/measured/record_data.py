@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.special import digamma, polygamma
 
-from slewctl._types import Array, ComplexArray, IntArray
+from slewctl._types import Array, ComplexArray
 from slewctl.errors import AccuracyError
 from slewctl.measured.dry_friction import RUBBED, STEPS, Rubbing, at_the_drive, pushes
 from slewctl.measured.estimate import noise_power
 from slewctl.measured.log import Log
+from slewctl.measured.noise_spectrum import smooth
 from slewctl.measured.response_data import channel_of
 from slewctl.measured.rig_model import HeldRig, Modes, equations
 from slewctl.measured.rig_parameters import Rig
@@ -32,11 +32,6 @@ from slewctl.numerics.linear_system import LinearSystem
 _LATE, _LONGER = 40, 2
 # Bins that are all taken, and how far above what a log shows more of them are.
 _MANY, _ABOVE = 12_000, 1.5
-# Bins on either side over which the noise is averaged: few where it may be steep.
-_WIDEST, _NARROWEST = 40, 10
-_FEW = 2
-# Exponential variables that are left in such a sum, at least.
-_LEAST_LEFT = 1e-3
 # A state of so many deviations is seen in the log itself.
 _SEEN = 5.0
 # Deviations from which dry friction is there, and its share of the input that is worth a word.
@@ -203,17 +198,28 @@ class RecordData:
             return float("nan"), float("nan")
         return float(remainder.gained[-1]), float(remainder.deviation[-1])
 
-    def rub(self, rig: Rig, remainder: Remainder) -> Remainder:
+    def driven(self, remainder: Remainder) -> bool:
+        """Return whether dry friction drives what it should brake, plainly: it is none.
+
+        The signs of the steps of a coarse encoder are the output once more, which any rig can
+        be made to fit with: then those of a rig are what is to be taken.
+        """
+        dry, deviation = self.dry_friction(remainder)
+        return dry < -_CLEAR * deviation
+
+    def rub(self, rig: Rig, remainder: Remainder | None) -> Remainder:
         """Take the sign of dry friction from a rig that has as much as is left, led by the log.
 
         Where none stands out of the noise there is none from here on.  Return what is left.
+        Without a remainder the rig has no friction worth a word.
         """
         if self._rubs is None:
-            return remainder
+            return self.state_part(rig) if remainder is None else remainder
         channel, log = self.channel, self._log
         system = equations(rig.arm, channel.actuator, channel.sensor, self.modes, beside=(RUBBED,))
         moves = float(np.std(log.input))
-        dry = max(self.dry_friction(remainder)[0], _LEAST_DRY * moves)
+        known = 0.0 if remainder is None else self.dry_friction(remainder)[0]
+        dry = max(known, _LEAST_DRY * moves)
         where = self._where_it_rubs(rig)
         try:
             model = Rubbing.of(system, where, channel.sample_time, rig.delay, dry, self.noise)
@@ -361,33 +367,3 @@ def _spanning(columns: Array) -> Array:
 def _real(columns: ComplexArray) -> Array:
     """Return real and imaginary parts one below the other; equal parts of the noise's power."""
     return np.asarray(np.sqrt(2) * np.concatenate([columns.real, columns.imag]))
-
-
-def smooth(power: Array, free: Array | float = 1.0) -> Array:
-    """Return a spectrum of noise from a periodogram of what is left.
-
-    A few bins are averaged, and the logarithm of that over more of them: neither does a line or
-    a steep slope spill over, nor do single bins without power count for much.
-
-    Parameters
-    ----------
-    power : ndarray, shape (k,)
-    free : ndarray, shape (k,)
-        Which part of the noise's power is left at each bin, 0 to 1.
-    """
-    few = np.full(len(power), _FEW)
-    width = _running(np.ones(len(power)), few, total=True)
-    left = np.clip(_running(free + np.zeros(len(power)), few, total=True), _LEAST_LEFT, width)
-    # The mean of the logarithm of a sum of so many exponential variables, and its variance.
-    total = np.maximum(_running(power, few, total=True), np.finfo(float).tiny)
-    log, worth = np.log(total) - digamma(left), 1 / polygamma(1, left)
-    half = np.clip(np.arange(len(log), dtype=int) // 2, _NARROWEST, _WIDEST)
-    return np.asarray(np.exp(_running(log * worth, half) / _running(worth, half)))
-
-
-def _running(values: Array, half: IntArray, *, total: bool = False) -> Array:
-    """Return the mean, or sum, over so many values on either side, of fewer at the ends."""
-    reached = np.concatenate([[0.0], np.cumsum(values)])
-    k = np.arange(len(values))
-    low, high = np.maximum(k - half, 0), np.minimum(k + half + 1, len(values))
-    return np.asarray((reached[high] - reached[low]) / (1 if total else high - low))

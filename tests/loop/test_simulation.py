@@ -408,3 +408,21 @@ def test_a_voltage_that_limits_the_torque_is_met_to_second_order() -> None:
         assert np.abs(each.signals["voltage"]).max() == pytest.approx(1.2, rel=1e-12)
     assert np.abs(fine - exact).max() < 0.4 * np.abs(coarse - exact).max()
     assert np.abs(fine - exact).max() < 2e-5
+
+
+@pytest.mark.parametrize("late", [0.0, 0.006])
+def test_a_torque_that_is_cut_takes_all_the_voltage_there_is(late: float) -> None:
+    """The drive knows its speed while it acts: what it had when a sample was read is no limit."""
+    rig = sc.arms.quanser_flexible_link()
+    assert rig.motor is not None
+    arm = replace(rig, motor=replace(rig.motor, voltage_limit=1.2),
+                  actuator=sc.Actuator(delay=late))  # fmt: skip
+    slew = sc.Slew(60.0, 0.8, conditions=sc.Conditions(saturate=True))
+    asked = sc.Problem(
+        arm, {"tip": 0.03, "torque": 0.5}, {"torque": 0.01, "theta": 0.001}, slew=slew
+    )
+    K = sc.lqg(asked.plant("clamped-free", n=2), sample_time=0.004)
+    s = asked.simulate(K).signals
+    cut = np.abs(s["command"] - s["applied"]) > 1e-9
+    assert cut.any()
+    np.testing.assert_allclose(np.abs(s["voltage"][cut]), 1.2, rtol=1e-12)

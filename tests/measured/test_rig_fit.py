@@ -19,7 +19,8 @@ from slewctl.files import read_arm, read_design
 from slewctl.measured import rig_problem
 from slewctl.measured.dry_friction import Rubbing, mean_sign
 from slewctl.measured.ellipsoid import ellipsoid_ends
-from slewctl.measured.record_data import RecordData, smooth
+from slewctl.measured.noise_spectrum import smooth
+from slewctl.measured.record_data import RecordData
 from slewctl.measured.record_descent import descend_record, without_state
 from slewctl.measured.response_data import ResponseData, highest_seen, rig_response, thinned
 from slewctl.measured.rig_fit_result import _KEYS
@@ -107,6 +108,14 @@ def test_the_spectrum_of_noise_is_found_steep_or_flat() -> None:
     found = smooth(power)
     assert np.mean(np.log(found / shape)[20:]) == pytest.approx(0, abs=0.05)
     assert np.std(np.log(found / shape)[200:]) < 0.25
+
+
+@pytest.mark.parametrize("power", [-2.0, 0.0, 1.0])
+def test_the_noise_of_the_lowest_bins_is_not_that_of_the_next(power: float) -> None:
+    """They have neighbours on one side alone; a mean over them would be e^-3 of drifting noise."""
+    rng, shape = np.random.default_rng(3), np.arange(1, 1001) ** power
+    found = [np.log(smooth(shape * rng.exponential(size=1000)) / shape) for _ in range(200)]
+    assert np.abs(np.mean(found, axis=0)).max() < 0.5
 
 
 def test_what_a_fit_has_taken_of_the_noise_is_no_lack_of_it() -> None:
@@ -431,3 +440,22 @@ def test_points_that_noise_makes_are_not_where_a_search_begins() -> None:
     kept = thinned(response)
     assert kept.frequencies_hz[-1] < 9.0
     assert len(kept.frequencies_hz) > 10
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_coarse_encoder_makes_no_dry_friction_that_drives(seed: int) -> None:
+    """Where it moves by half a step a sample, the sign of its steps is the output once more."""
+    arm = sc.Arm(
+        sc.Beam(0.776, 0.218, 0.87), sc.Hub(0.0173, friction=0.116), sc.Payload(0.0539),
+        damping_ratio=0.01, motor=sc.Motor(1.0, 0.136, 0.136),
+    )  # fmt: skip
+    true = {"beam.stiffness": 0.928, "hub.inertia": 0.0164, "hub.friction": 0.0821,
+            "delay": 0.006, "gain": 1.0}  # fmt: skip
+    rig = sc.vary(arm, stiffness_factor=0.928, hub_inertia=0.0164, hub_friction=0.0821)
+    log = sc.simulated_log(
+        rig, sc.prbs(2000, amplitude=30.3, seed=seed), 0.005, actuator="voltage", delay=0.006,
+        counts_per_turn=78.0,
+    )  # fmt: skip
+    found = sc.fit(arm, log, list(true))
+    for name, value in true.items():
+        assert abs(found[name].value - value) < 3.5 * found[name].standard_deviation

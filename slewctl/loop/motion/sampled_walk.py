@@ -64,7 +64,7 @@ def _walked(walk: Walk, law: _Law) -> Track:
     kept, commands, friction = np.zeros((size, len(z))), np.zeros(size), np.zeros(size)
     pushed, rubs, smooth = bool(arm.conditions.loads), walk.rubs, arm.linear
     linear, limits = walk.steps.map, walk.limits
-    held = asked = 0.0
+    held = asked = 0.0  # what the drive was sent, and what was asked for
 
     def remainder(z: Array, _: int) -> Array:
         return arm.remainder(z, walk.whole)
@@ -77,7 +77,7 @@ def _walked(walk: Walk, law: _Law) -> Track:
         if kind == _SAMPLE:
             law.run(z[:n])
         elif kind == _ACT and numbers[i] < len(law.made):
-            asked, held = law.made[numbers[i]]
+            asked, _, held = law.made[numbers[i]]
             z[n + COMMAND] = held
         if limits.of_speed:
             z[n + COMMAND] = limits.held(held, arm.rotor_rate(z))
@@ -102,10 +102,11 @@ def _walked(walk: Walk, law: _Law) -> Track:
 
 
 class _Order(NamedTuple):
-    """What the law asked for, and what it was left with."""
+    """What the law asked for, what it was told to be left with, and what the drive is sent."""
 
     asked: float
     held: float
+    sent: float
 
 
 class _Law:
@@ -139,7 +140,7 @@ class _Law:
     def run(self, x: Array) -> None:
         """Read, compute, and remember the command until it acts."""
         k = len(self.made)
-        before = self.made[-1] if k else _Order(0.0, 0.0)
+        before = self.made[-1] if k else _Order(0.0, 0.0, 0.0)
         if self._missed[k]:
             self.made.append(before)
             return
@@ -148,13 +149,16 @@ class _Law:
             reading[i] = step * round(reading[i] / step)
         row = min(k, len(self._added) - 1)
         found = self._matrix @ np.concatenate([self._state, reading - self._wanted[row]])
-        asked = held = float(found[-1]) + self._added[row]
+        asked = held = sent = float(found[-1]) + self._added[row]
         if self._entry is None:
             self._state = found[:-1]
         else:
             limits = self._walk.limits
             held = limits.held(asked, self._walk.arm.rotor_rate(x))
             if self._rate is not None:
-                held = min(max(held, before.held - self._rate), before.held + self._rate)
+                low, high = before.held - self._rate, before.held + self._rate
+                held, sent = min(max(held, low), high), min(max(sent, low), high)
             self._state = found[:-1] + self._entry * (held - asked)
-        self.made.append(_Order(asked, held))
+            if not limits.of_speed:
+                sent = held
+        self.made.append(_Order(asked, held, sent))
