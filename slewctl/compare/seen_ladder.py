@@ -15,6 +15,8 @@ from slewctl.errors import SlewctlError
 from slewctl.loop import close
 from slewctl.loop.seen_disk import seen_disk_margin
 
+_SEEN = ("disk_margin", "h2_loss")
+
 
 @dataclass(frozen=True, eq=False)
 class SeenRung(Rung):
@@ -38,15 +40,14 @@ class SeenRung(Rung):
 
     def value(self, name: str) -> float | None:
         """Return ``disk_margin`` or ``h2_loss`` as it is seen, None where there is no value."""
-        if name == "disk_margin":
-            return self._disk_margin
-        return self._loss if name == "h2_loss" else super().value(name)
+        return self._seen[name] if name in _SEEN else super().value(name)
 
     @cached_property
-    def _disk_margin(self) -> float | None:
-        return seen_disk_margin(self.judgement.loop) if self.stable else None
+    def _seen(self) -> dict[str, float | None]:
+        """What is told; of both together, since the same eigenvectors tell them."""
+        margin = seen_disk_margin(self.judgement.loop) if self.stable else None
+        return dict(zip(_SEEN, (margin, self._loss()), strict=True))
 
-    @cached_property
     def _loss(self) -> float | None:
         """The cost over the least, less one; None without weights, or where it is not found."""
         loop, controller = self.judgement.loop, self.judgement.controller

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from slewctl._threads import single_threaded
-from slewctl.compare.case import Case
+from slewctl.compare.case import Case, Origin
 from slewctl.compare.comparison import (
     CaseResult,
     ModeShapes,
@@ -13,8 +13,9 @@ from slewctl.compare.comparison import (
     mode_shapes,
     truth_summary,
 )
-from slewctl.compare.evaluation import Judge
-from slewctl.compare.ladder import climb, steps
+from slewctl.compare.evaluation import Evaluation, Judge
+from slewctl.compare.judgement import Judgement, Yardstick
+from slewctl.compare.ladder import Ladder, climb, steps
 from slewctl.compare.seen_ladder import climb_at_once
 
 
@@ -57,9 +58,7 @@ def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False)
     if not (model.given or design is None or design.model is None):
         sources = (("truth", model), (case.basis, design.model))
         shapes = tuple(mode_shapes(*source, case.n) for source in sources)
-    ladder = (climb if whole else climb_at_once)(
-        steps(judge), case, chosen.origin, chosen.judgement
-    )
+    ladder = (climb if whole else climb_at_once)(*_beginning(judge, chosen))
     return CaseResult(
         case,
         truth_summary(model),
@@ -71,6 +70,39 @@ def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False)
         shapes=shapes,
         ladders=(*(beside.ladders if beside else ()), ladder),
     )
+
+
+def glance_at_ladder(case: Case) -> Ladder:
+    """Return the ladder of a `glance`, without what else is in that.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    Ladder
+
+    Raises
+    ------
+    SlewctlError
+        If there is no controller.
+
+    Examples
+    --------
+    >>> from slewctl.compare.single_design import glance_at_ladder
+    >>> from slewctl.files import example_design, read_design
+    >>> len(glance_at_ladder(read_design(example_design()).case).rungs)
+    20
+    """
+    judge = Judge(case)
+    return climb_at_once(*_beginning(judge, judge.evaluate(*case.origin)))
+
+
+def _beginning(
+    judge: Judge, chosen: Evaluation
+) -> tuple[tuple[Yardstick, ...], Case, Origin, Judgement]:
+    return steps(judge), judge.case, chosen.origin, chosen.judgement
 
 
 def named(result: CaseResult, name: str) -> CaseResult:

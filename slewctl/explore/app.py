@@ -21,9 +21,9 @@ from slewctl.errors import InputError, SlewctlError
 from slewctl.explore.changed_file import changed_text
 from slewctl.explore.knobs import DELAY, SAMPLE_TIME, Knob, Value, knobs_of
 from slewctl.explore.page import PAGE, Results
-from slewctl.explore.result import Explored, before, explored
+from slewctl.explore.result import Explored, before, explored, seen_ladder, set_as
 from slewctl.files import DesignFile, design_of_text, read_design
-from slewctl.report.explorer import explorer_page, explorer_refusal
+from slewctl.report.explorer import explorer_page, explorer_refusal, with_ladder
 from slewctl.textfile import read_bytes, write_bytes
 
 LOCAL = "127.0.0.1"
@@ -34,6 +34,8 @@ _TALKATIVE = ("bokeh.server.views.ws", "tornado.access")
 _LONGEST = 100
 # In ms: as many moves of a slider as come within it are one.
 _PAUSE = 20
+# By how much what is confirmed stands behind what is seen at once, in steps of the system.
+_BEHIND = 10
 # In pixels: the column of controls, and what is in it.
 _WIDTH, _INNER = 320, 290
 
@@ -64,7 +66,8 @@ def serve(path: Path, *, port: int = 0, show: bool = True, ready: Callable[[str]
     for name in _TALKATIVE:
         logging.getLogger(name).setLevel(logging.CRITICAL)
     with Shared(design, knobs, beside) as shared:
-        shared.confirm(design.source.text)  # starts the process, which loads for a second
+        for begin in (shared.climb, shared.confirm):  # starts the processes, which load
+            begin(design.source.text)
         try:
             server = pn.serve(
                 {"/": lambda: Session(shared).view()},
@@ -104,8 +107,8 @@ class Shared:
         self, design: DesignFile, knobs: tuple[Knob, ...], beside: CaseResult | None
     ) -> None:
         self.design, self.knobs, self.beside = design, knobs, beside
-        # A process of its own, so that the sliders never wait for it.
-        self._pool = Processes(1)
+        # Processes of their own, so that the sliders never wait for them.
+        self._confirming, self._climbing = _Aside(), _Aside()
         # What was asked last: every page begins with the file as it is.
         self._asked: tuple[str, Future[str]] | None = None
 
@@ -115,7 +118,12 @@ class Shared:
     def __exit__(self, *_: object) -> None:
         for process in active_children():  # what is being confirmed is not waited for
             process.terminate()
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        for aside in (self._confirming, self._climbing):
+            aside.end()
+
+    def climb(self, text: str) -> Future[str]:
+        """Have the ladder of a first look at a text drawn."""
+        return self._climbing.submit(_climbed, *self._given(text))
 
     def confirm(self, text: str) -> Future[str]:
         """Have the gate's verdicts on a text made into a part of the page."""
@@ -123,16 +131,33 @@ class Shared:
             last, answer = self._asked
             if text == last and not (answer.done() and (answer.cancelled() or answer.exception())):
                 return answer
-        own = self.design
-        given = text, own.path, own.case.name, own.source.text
-        try:
-            answer = self._pool.submit(_confirmed, *given)
-        except BrokenExecutor:  # somebody has killed the process: another takes its place
-            self._pool.shutdown(wait=False)
-            self._pool = Processes(1)
-            answer = self._pool.submit(_confirmed, *given)
+        answer = self._confirming.submit(_confirmed, *self._given(text))
         self._asked = text, answer
         return answer
+
+    def _given(self, text: str) -> tuple[str, Path, str, str]:
+        own = self.design
+        return text, own.path, own.case.name, own.source.text
+
+
+class _Aside:
+    """A process beside this one, and another in its place where somebody has killed it."""
+
+    def __init__(self) -> None:
+        self._pool = Processes(1)
+
+    def submit(self, function: Callable[..., str], *given: Any) -> Future[str]:
+        """Hand out a call."""
+        try:
+            return self._pool.submit(function, *given)
+        except BrokenExecutor:
+            self.end(wait=False)
+            self._pool = Processes(1)
+            return self._pool.submit(function, *given)
+
+    def end(self, wait: bool = True) -> None:
+        """End it; what was handed out is cancelled, or done first."""
+        self._pool.shutdown(wait=wait, cancel_futures=True)
 
 
 class Session:
@@ -157,8 +182,8 @@ class Session:
         self.found: Explored | None = None
         self.saved: dict[Path, bytes] = {}
         self.waiting: Future[str] | None = None
-        # What is on the page without its ladder.
-        self.climbing: tuple[Explored, str] | None = None
+        # What is on the page without its ladder, and the ladder of it.
+        self.climbing: tuple[str, Future[str]] | None = None
         self.scheduled = False
         self.document: Any = None
 
@@ -201,31 +226,41 @@ class Session:
             self.document.add_timeout_callback(self._show, _PAUSE)
 
     def _show(self) -> None:
-        self.scheduled, self.climbing = False, None
+        self.scheduled = False
+        if self.climbing is not None:
+            self.climbing[1].cancel()
+            self.climbing = None
         if DELAY in self.widgets:
             self.widgets[DELAY].disabled = not self.widgets[SAMPLE_TIME].value
+        shared = self.shared
         try:
-            shared = self.shared
-            self.found = explored(shared.design, self.settings, beside=shared.beside, confirm=False)
+            design = set_as(shared.design, self.settings)
+            ladder = shared.climb(design.source.text)
+            self.found = explored(design, beside=shared.beside, confirm=False)
             body = self.found.body(ladder=False)
         except SlewctlError as error:
             self.found = None
             self._put(explorer_refusal(str(error)))
             return
         self._put(body)
-        self.climbing = self.found, body
-        self.document.add_timeout_callback(self._climb, _PAUSE)
+        self.climbing = body, ladder
+        ladder.add_done_callback(
+            lambda done: self.document.add_next_tick_callback(lambda: self._climbed(done))
+        )
         if self.waiting is None:
             self._confirm(self.found.text)
 
     def _put(self, body: str) -> None:
         self.results.param.update(body=body, busy=False)
 
-    def _climb(self) -> None:
+    def _climbed(self, done: Future[str]) -> None:
         """Put the ladder on the page, if nothing has been set meanwhile."""
-        if self.climbing is not None and not self.scheduled:
-            found, body = self.climbing
-            self._put(found.with_ladder(body))
+        if self.climbing is None or self.scheduled:
+            return
+        body, ladder = self.climbing
+        # Of a process that was killed the ladder comes with what is confirmed.
+        if ladder is done and not done.cancelled() and not done.exception():
+            self._put(with_ladder(body, done.result()))
 
     def _confirm(self, text: str) -> None:
         """Have what is shown confirmed; what is set meanwhile is confirmed next."""
@@ -290,9 +325,22 @@ def _widget(knob: Knob) -> Any:
     )
 
 
+def _climbed(text: str, path: Path, name: str, own: str) -> str:
+    """Return the ladder of a first look at a text; in a process of its own."""
+    return seen_ladder(design_of_text(text, path, name), _own(own, path, name))
+
+
 def _confirmed(text: str, path: Path, name: str, own: str) -> str:
     """Return what the gate says of a text, as a part of the page; in a process of its own."""
+    _step_back()
     return explored(design_of_text(text, path, name), beside=_own(own, path, name)).body()
+
+
+@cache
+def _step_back() -> None:
+    """Let a first look at what is set now go before."""
+    if hasattr(os, "nice"):
+        os.nice(_BEHIND)
 
 
 @cache

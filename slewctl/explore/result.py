@@ -11,12 +11,13 @@ from slewctl._threads import single_threaded
 from slewctl.check import NOMINAL, Finding, judge_at_once
 from slewctl.check.words import told_finding
 from slewctl.compare import CaseResult, glance
-from slewctl.compare.single_design import named
+from slewctl.compare.single_design import glance_at_ladder, named
 from slewctl.explore.changed_file import changed_text
 from slewctl.explore.knobs import Value
 from slewctl.files import DesignFile, design_of_text, read_design
 from slewctl.gate import verdicts
-from slewctl.report.explorer import explorer_body, explorer_page, with_ladder
+from slewctl.report.comparison_figures import drawn_ladders
+from slewctl.report.explorer import explorer_body, explorer_page
 
 # What the design of the file itself is called beside the changed one.
 _BEFORE = "as in the file: "
@@ -62,7 +63,7 @@ class Explored:
         doubt : str
             Why they are not confirmed.
         ladder : bool
-            Whether the ladder is drawn; otherwise its place is held for `with_ladder`.
+            Whether the ladder is drawn; otherwise its place is held for `seen_ladder`.
 
         Returns
         -------
@@ -73,21 +74,6 @@ class Explored:
             return explorer_body(
                 self.result, told, confirmed=self.confirmed, doubt=doubt, ladder=ladder
             )
-
-    @single_threaded
-    def with_ladder(self, body: str) -> str:
-        """Return a `body` without its ladder, with it; what is drawn of it is computed here.
-
-        Parameters
-        ----------
-        body : str
-
-        Returns
-        -------
-        str
-        """
-        with self.design.source.computing():
-            return with_ladder(body, self.result)
 
     def __repr__(self) -> str:
         failed = sum(not finding.verdict.passed for finding in self.findings)
@@ -139,9 +125,7 @@ def explored(
     <arm explored: clamped-free, n = 2, all hold>
     """
     file = design if isinstance(design, DesignFile) else read_design(Path(design))
-    changed = file
-    if settings:
-        changed = design_of_text(changed_text(file, settings), file.path, file.case.name)
+    changed = set_as(file, settings or {})
     with changed.source.computing():
         result = glance(changed.case, beside, whole=confirm)
         judgement = result.chosen.judgement
@@ -151,6 +135,46 @@ def explored(
             met = judge_at_once(judgement, changed.requirements)
             findings = tuple(Finding(verdict, NOMINAL) for verdict in met)
     return Explored(changed, result, findings, confirm)
+
+
+@single_threaded
+def seen_ladder(design: DesignFile, beside: CaseResult | None = None) -> str:
+    """Return the ladder of a first look as it is drawn, which takes as long as all the rest of it.
+
+    Parameters
+    ----------
+    design : DesignFile
+    beside : CaseResult, optional
+        As for `explored`.
+
+    Returns
+    -------
+    str
+        SVG, for `slewctl.report.explorer.with_ladder`.
+
+    Raises
+    ------
+    SlewctlError
+        As `explored` does.
+    """
+    with design.source.computing():
+        own = glance_at_ladder(design.case)
+        ladders = (*(beside.ladders if beside else ()), own)
+        origins = [ladder.origin for ladder in ladders]
+        return drawn_ladders(design.case, ladders, origins).svg()
+
+
+def set_as(design: DesignFile, settings: Mapping[str, Value]) -> DesignFile:
+    """Return a design with some of its keys changed; itself where there are none.
+
+    Raises
+    ------
+    SlewctlError
+        For what a design file of these keys would be refused for.
+    """
+    if not settings:
+        return design
+    return design_of_text(changed_text(design, settings), design.path, design.case.name)
 
 
 def before(design: DesignFile) -> CaseResult | None:

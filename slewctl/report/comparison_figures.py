@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.compare import CaseResult, Evaluation, LoopCurves, Rung
+from slewctl.compare import Case, CaseResult, Evaluation, Ladder, LoopCurves, Rung
+from slewctl.compare.case import Origin
 from slewctl.report.loop_figures import (
     bode_figure,
     look,
@@ -81,31 +82,39 @@ def _poles(result: CaseResult) -> Plot:
 
 
 def ladder_figure(result: CaseResult) -> Plot:
+    """Return `drawn_ladders` of the designs of a result."""
+    return drawn_ladders(result.case, result.ladders, [curve.origin for curve in result.curves])
+
+
+def drawn_ladders(case: Case, ladders: Sequence[Ladder], origins: Sequence[Origin]) -> Plot:
     """Return disk margin and loss of each basis over the number of modes let in.
 
     Parameters
     ----------
-    result : CaseResult
-        With a ladder.
+    case : Case
+    ladders : sequence of Ladder
+        One at least.
+    origins : sequence of Origin
+        Of all designs whose curves are drawn, in their order.
 
     Returns
     -------
     Plot
     """
-    weighted = result.case.objective.weighted
-    modes = [rung.modes for ladder in result.ladders for rung in ladder.rungs]
+    weighted = case.objective.weighted
+    modes = [rung.modes for ladder in ladders for rung in ladder.rungs]
     x = Axis("modes of the truth N", min(modes) - 0.5, max(modes) + 0.5, step=1)
-    margins = [[_value(r, "disk_margin") for r in ladder.rungs] for ladder in result.ladders]
+    margins = [[_value(r, "disk_margin") for r in ladder.rungs] for ladder in ladders]
     known = [m for row in margins for m in row if np.isfinite(m)]
     ys = [(Axis("disk margin α", 0, 1.1 * max(known, default=0) or 1.0), 180.0, "disk margin")]
-    losses = [[_loss(r) for r in ladder.rungs] for ladder in result.ladders] if weighted else []
+    losses = [[_loss(r) for r in ladder.rungs] for ladder in ladders] if weighted else []
     if weighted:
         most = max((v for row in losses for v in row if np.isfinite(v)), default=0)
         top = 2 * max(100 * most, 0.1)
         ys.append((Axis("lost (%)", 50 * _LEAST_LOSS, top, "log"), 180.0, "lost"))
     panels = stacked(x, ys, "modes")
-    places = {curve.origin: k for k, curve in enumerate(result.curves)}
-    for row, ladder in enumerate(result.ladders):
+    places = {origin: k for k, origin in enumerate(origins)}
+    for row, ladder in enumerate(ladders):
         k = places[ladder.origin]
         place = np.array([rung.modes for rung in ladder.rungs], dtype=float)
         for panel, rows, scale in zip(panels, (margins, losses), (1, 100), strict=False):
@@ -115,7 +124,7 @@ def ladder_figure(result: CaseResult) -> Plot:
         lost = place[[not rung.stable for rung in ladder.rungs]]
         panels[0].crosses(lost, np.zeros(len(lost)), f"o{k}")
     what = "Disk margin and loss" if weighted else "Disk margin"
-    return Plot(panels, f"{what} of {result.case.name} over the modes let in")
+    return Plot(panels, f"{what} of {case.name} over the modes let in")
 
 
 def _loss(rung: Rung) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 
 from slewctl.compare import CaseResult
 from slewctl.report.comparison import drawn
-from slewctl.report.comparison_figures import caption, ladder_figure
+from slewctl.report.comparison_figures import caption
 from slewctl.report.page import render
 
 # Stands where the ladder will, as high as that (414 units), so that nothing on the page jumps.
@@ -78,21 +78,21 @@ def explorer_body(
     )
 
 
-def with_ladder(body: str, result: CaseResult) -> str:
+def with_ladder(body: str, ladder: str) -> str:
     """Return a body whose ladder's place was held, with its ladder.
 
     Parameters
     ----------
     body : str
         From `explorer_body` without its ladder.
-    result : CaseResult
-        The same.
+    ladder : str
+        From `ladder_figure` or `drawn_ladders`, as SVG.
 
     Returns
     -------
     str
     """
-    return body.replace(_LATER, ladder_figure(result).svg())
+    return body.replace(_LATER, ladder)
 
 
 def explorer_refusal(message: str) -> str:

@@ -2,7 +2,7 @@
 
 Run as ``python tests/benchmarks/explorer.py [designs …]``: each slider of each design is moved by
 one and by five places, away from what was seen before.  Told are seconds by the clock on the wall,
-and those of the processor, which a busy machine does not stretch as much.
+with the ladder drawn in a process beside this one, as for the page; and those of this process.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ from slewctl._types import Array
 from slewctl.compare import Judge
 from slewctl.errors import SlewctlError
 from slewctl.explore import explored, knobs_of
-from slewctl.explore.result import before
+from slewctl.explore.app import Shared
+from slewctl.explore.result import before, set_as
 from slewctl.files import find_designs, read_design
+from slewctl.report.explorer import with_ladder
 
 DESIGNS = Path(__file__).parents[2] / "designs"
 
@@ -30,48 +32,45 @@ AT_ONCE = 0.3
 
 @single_threaded
 def times_of(path: Path) -> Array:
-    """Return the seconds of every move: on the wall without and with ladder, and the same of the
-    processor, shape (moves, 4)."""
+    """Return the seconds of every move: on the wall without and with ladder, and of this process,
+    shape (moves, 3)."""
     design = read_design(path)
     beside = before(design)
+    knobs = knobs_of(design, Judge(design.case).truth)
+    moves = [
+        (knob.key, knob.values[(knob.values.index(knob.value) + step) % len(knob.values)])
+        for knob in knobs
+        for step in (1, 5)
+    ]
     found = []
-    for knob in knobs_of(design, Judge(design.case).truth):
-        place = knob.values.index(knob.value)
-        for step in (1, 5):
-            value = knob.values[(place + step) % len(knob.values)]
-            seen = [clocks()]
+    with Shared(design, knobs, beside) as shared:
+        shared.climb(design.source.text).result()  # it has loaded then
+        for key, value in moves:
+            start, own = time.perf_counter(), time.process_time()
             try:
-                result = explored(design, {knob.key: value}, beside=beside, confirm=False)
-                body = result.body(ladder=False)
+                changed = set_as(design, {key: value})
+                ladder = shared.climb(changed.source.text)
+                body = explored(changed, beside=beside, confirm=False).body(ladder=False)
             except SlewctlError:
                 continue  # told in less time
-            seen.append(clocks())
-            result.with_ladder(body)
-            seen.append(clocks())
-            (wall, processor) = (np.subtract(each[1:], each[0]) for each in zip(*seen, strict=True))
-            found.append([*wall, *processor])
+            seen, own = time.perf_counter() - start, time.process_time() - own
+            with_ladder(body, ladder.result())
+            found.append((seen, time.perf_counter() - start, own))
     return np.array(found)
-
-
-def clocks() -> tuple[float, float]:
-    """Return seconds on the wall and of this process."""
-    return time.perf_counter(), time.process_time()
 
 
 def main() -> None:
     """Print what was measured."""
     paths = [Path(name) for name in sys.argv[1:]] or find_designs([DESIGNS, DESIGNS / "rigs"])
     every = []
-    print(
-        "median and worst, s:             on the wall    with ladder    of processor   with ladder"
-    )
+    print("median and worst, s:             on the wall    with ladder    of processor")
     for path in paths:
         found = times_of(path)
         every.append(found)
         told = [f"{m:.3f} {w:6.3f}" for m, w in zip(np.median(found, 0), found.max(0), strict=True)]
         print(f"{path.stem:32} {'   '.join(told)}", flush=True)
     whole = np.concatenate(every)
-    kinds = ("on the wall", "with ladder", "of processor", "with ladder")
+    kinds = ("on the wall", "with ladder", "of processor")
     for kind, times in zip(kinds, whole.T, strict=True):
         within = np.mean(times <= AT_ONCE)
         print(

@@ -17,10 +17,11 @@ from slewctl.compare import Judge, evaluate, read
 from slewctl.errors import SlewctlError
 from slewctl.explore import Knob, changed_text, explored, knobs_of
 from slewctl.explore.knobs import DAMPING, DELAY, SAMPLE_TIME, STIFFNESS
-from slewctl.explore.result import before
+from slewctl.explore.result import before, seen_ladder
 from slewctl.files import DesignFile, design_of_text, example_design, find_designs, read_design
 from slewctl.files.starters import STARTERS, starter_files
 from slewctl.gate import verdicts
+from slewctl.report.explorer import with_ladder
 
 DESIGNS = Path(__file__).parents[2] / "designs"
 FILES = [*find_designs([DESIGNS]), *find_designs([DESIGNS / "rigs"])]
@@ -212,7 +213,7 @@ def test_a_first_look_is_of_one_truth_and_says_so() -> None:
     assert "being confirmed" in found.body()
     held = found.body(ladder=False)
     assert held.count("<figure") == found.body().count("<figure")
-    assert held != found.body() == found.with_ladder(held)
+    assert held != found.body() == with_ladder(held, seen_ladder(found.design))
 
 
 @pytest.mark.parametrize(
