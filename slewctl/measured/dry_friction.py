@@ -118,14 +118,31 @@ class Rubbing:
         dry : float
             Largest friction, in the actuator's unit.
         """
+        return self._moved(told, dry, read)[1]
+
+    def simulated(self, told: Array, dry: float) -> tuple[Array, Array]:
+        """Return readings without noise, from rest, and the friction in each step as `signs` does.
+
+        Parameters
+        ----------
+        told : ndarray, shape (n,)
+            Input, its gain included.
+        dry : float
+            Largest friction, in the actuator's unit.
+        """
+        return self._moved(told, dry, None)
+
+    def _moved(self, told: Array, dry: float, read: Array | None) -> tuple[Array, Array]:
         d, late = self.whole.whole, self.fine.whole
         u = np.concatenate([np.zeros(d + 1), told])
         v = np.concatenate([np.zeros(late + 1), np.repeat(told, STEPS)])
         stops, halts = dry * float(self.rate @ self.push), dry * float(self.rate @ self.nudge)
         x = np.zeros(len(self.rate))
-        found = np.empty((len(told), STEPS))
-        for k, y in enumerate(read):
-            x = x + self.gain * (y - self.whole.output @ x)
+        found, seen = np.empty((len(told), STEPS)), np.empty(len(told))
+        for k in range(len(told)):
+            seen[k] = self.whole.output @ x
+            if read is not None:
+                x = x + self.gain * (read[k] - seen[k])
             free = self.whole.transition @ x + self.whole.now * u[k + 1] + self.whole.before * u[k]
             before, after = self.rate @ x, self.rate @ free
             if abs(after) >= stops and before * after > 0:
@@ -138,7 +155,7 @@ class Rubbing:
                 x = self.fine.transition @ x + self.fine.now * v[at + 1] + self.fine.before * v[at]
                 found[k, m] = mean_sign(float(before), float(self.rate @ x), halts)
                 x = x - self.nudge * (dry * found[k, m])
-        return found
+        return seen, found
 
 
 def mean_sign(before: float, free: float, halts: float) -> float:

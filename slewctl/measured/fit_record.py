@@ -13,6 +13,7 @@ from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.measured.elsewhere import elsewhere
 from slewctl.measured.record_data import RecordData, Remainder
 from slewctl.measured.record_descent import descend_record, record_slopes
+from slewctl.measured.redrawn import redrawn
 from slewctl.measured.rig_problem import RigProblem
 
 # Rounds of fitting and reading the noise from what is left, at most; and the change, in
@@ -42,6 +43,8 @@ class Solution:
     explained : float
         Of a log: how much of the output the input makes through the rig, at most 1; see
         `RecordData.explained`.
+    redrawn : ndarray, shape (m, n), or None
+        With dry friction: by how much each log that was drawn anew moves the coordinates.
     """
 
     coordinates: Array
@@ -51,6 +54,7 @@ class Solution:
     noise: float = np.nan
     dry: tuple[float, float] = (np.nan, np.nan)
     explained: float = np.nan
+    redrawn: Array | None = None
 
 
 def fit_record(
@@ -124,7 +128,7 @@ def _refined(problem: RigProblem, data: RecordData, x: Array, remainder: Remaind
     scatter = float(np.sqrt(remainder.vector @ remainder.vector / spare))
     return Solution(
         x, jacobian, scatter, spare, data.times_rounding, data.dry_friction(remainder),
-        data.explained(remainder),
+        data.explained(remainder), redrawn(problem, data, x, remainder),
     )  # fmt: skip
 
 

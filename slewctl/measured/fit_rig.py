@@ -17,6 +17,7 @@ from slewctl.measured.fit_record import Solution, fit_record
 from slewctl.measured.fit_result import Estimate
 from slewctl.measured.log import Log
 from slewctl.measured.record_data import RecordData
+from slewctl.measured.redrawn import widened
 from slewctl.measured.response import Response
 from slewctl.measured.response_data import ResponseData, channel_of, highest_seen, thinned
 from slewctl.measured.rig_fit_result import RigFit
@@ -184,6 +185,8 @@ def _result(
     lost = [j for group in groups for j in group]
     inverse = np.linalg.pinv(solution.jacobian * sizes, rcond=least / singular[0])
     inner = solution.scatter**2 * (inverse @ inverse.T) * np.outer(sizes, sizes)
+    if solution.redrawn is not None:
+        inner = widened(inner, solution.redrawn)
     slopes = problem.slopes(x)
     covariance = inner * np.outer(slopes, slopes)
     covariance[lost, :] = covariance[:, lost] = np.nan
@@ -289,7 +292,7 @@ def _remarks(fit: RigFit, data: ResponseData, solution: Solution) -> list[str]:
     if np.isfinite(dry):
         told.append(
             f"dry friction of about {dry:.2g} {unit_of(data.channel.actuator)} at the hub is told "
-            "apart by the sign of its rate; with it the intervals are optimistic"
+            "apart by the sign of its rate; intervals are widened by what wrong signs do"
         )
     if solution.noise > _QUIET:
         told.append(f"the noise is {solution.noise:.2g} times an encoder's rounding")

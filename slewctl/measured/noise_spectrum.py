@@ -36,6 +36,25 @@ def smooth(power: Array, free: Array | float = 1.0) -> Array:
     return np.asarray(np.exp(_levelled(log, worth, half)))
 
 
+def drawn(generator: np.random.Generator, weight: Array, bins: IntArray, count: int) -> Array:
+    """Return noise in time, shape (count,), of a spectrum that is known at some bins.
+
+    Parameters
+    ----------
+    generator : Generator
+    weight : ndarray, shape (k,)
+        One over its deviation at each bin, of a discrete Fourier transform over √count.
+    bins : ndarray of int, shape (k,)
+        Increasing; what is beyond the last has the deviation of that.
+    count : int
+    """
+    size = np.zeros(count // 2 + 1)
+    size[bins] = 1 / weight
+    size[bins[-1] + 1 :] = 1 / weight[-1]
+    parts = generator.standard_normal((2, len(size))) * size / np.sqrt(2)
+    return np.asarray(np.fft.irfft(parts[0] + 1j * parts[1], count) * np.sqrt(count))
+
+
 def _levelled(log: Array, worth: Array, half: IntArray) -> Array:
     """Return a weighted mean over so many bins on either side; at the ends, that of a line.
 

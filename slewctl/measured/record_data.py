@@ -13,6 +13,9 @@ J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012,
 
 from __future__ import annotations
 
+from copy import copy
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import qr
 
@@ -21,7 +24,7 @@ from slewctl.errors import AccuracyError
 from slewctl.measured.dry_friction import RUBBED, STEPS, Rubbing, at_the_drive, pushes
 from slewctl.measured.estimate import noise_power
 from slewctl.measured.log import Log
-from slewctl.measured.noise_spectrum import smooth
+from slewctl.measured.noise_spectrum import drawn, smooth
 from slewctl.measured.response_data import channel_of
 from slewctl.measured.rig_model import HeldRig, Modes, equations
 from slewctl.measured.rig_parameters import Rig
@@ -215,14 +218,12 @@ class RecordData:
         """
         if self._rubs is None:
             return self.state_part(rig) if remainder is None else remainder
-        channel, log = self.channel, self._log
-        system = equations(rig.arm, channel.actuator, channel.sensor, self.modes, beside=(RUBBED,))
+        log = self._log
         moves = float(np.std(log.input))
         known = 0.0 if remainder is None else self.dry_friction(remainder)[0]
         dry = max(known, _LEAST_DRY * moves)
-        where = self._where_it_rubs(rig)
         try:
-            model = Rubbing.of(system, where, channel.sample_time, rig.delay, dry, self.noise)
+            model = self._rubbing(rig, dry)
         except AccuracyError:  # readings too exact to doubt the rig by
             self._rubs = None
             return self.state_part(rig)
@@ -233,6 +234,36 @@ class RecordData:
             self._rubs = None
             return self.state_part(rig)
         return remainder
+
+    def _rubbing(self, rig: Rig, dry: float) -> Rubbing:
+        channel, where = self.channel, self._where_it_rubs(rig)
+        system = equations(rig.arm, channel.actuator, channel.sensor, self.modes, beside=(RUBBED,))
+        return Rubbing.of(system, where, channel.sample_time, rig.delay, dry, self.noise)
+
+    def drawn_anew(
+        self, rig: Rig, dry: float, generator: np.random.Generator, times: int
+    ) -> list[RecordData]:
+        """Return records of a rig with so much dry friction, its noise drawn anew.
+
+        Their weights and the signs of friction are the true ones.
+
+        Raises
+        ------
+        AccuracyError
+            If there is no filter, as for `rub`.
+        """
+        log = self._log
+        output, signs = self._rubbing(rig, dry).simulated(rig.gain * log.input, dry)
+        found = []
+        for _ in range(times):
+            other, noise = copy(self), drawn(generator, self.weight, self._bins, self.count)
+            # The bins are those of the end of the record: that has one whole period.
+            other._log = replace(log, output=output + np.resize(noise, len(output))[::-1])
+            other.Y = self._transform(other._log.output[self.late + 1 :])
+            other._rub(signs)
+            other._read = False
+            found.append(other)
+        return found
 
     def unlikely(self, rig: Rig) -> float:
         """Return −2 ln of the likelihood at a rig with the noise that it leaves, but a constant."""
