@@ -163,6 +163,13 @@ def _from_columns(path: Path, asked: dict[str, str]) -> tuple[Array, ComplexArra
         gain, phase = real(gains[0]), real(phases[0])
         if gains[0] == "gain_db":
             gain = 10 ** (gain / 20)
+        elif (gain < 0).any():
+            first = float(frequencies[int(np.argmax(gain < 0))])
+            raise InputError(
+                f"{known['gain']} is negative at {first:.6g} Hz: it is no magnitude",
+                where=where,
+                remedy="in decibels it is gain_db; of another sign, add 180 to the phase",
+            )
         if phases[0] == "phase_deg":
             phase = np.deg2rad(phase)
         values = gain * np.exp(1j * phase)

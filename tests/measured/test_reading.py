@@ -149,6 +149,13 @@ def test_every_form_of_a_response_says_the_same(tmp_path: Path, suffix: str) -> 
     np.testing.assert_allclose(again.values, VALUES, rtol=1e-12)
 
 
+def test_a_magnitude_in_decibels_is_not_taken_for_a_bare_one(tmp_path: Path) -> None:
+    columns = {"frequency_hz": [1.0, 2.0, 3.0], "mag": [2.0, -4.0, -9.0], "phase_deg": [0.0] * 3}
+    path = written(tmp_path, ".csv", {name: np.array(each) for name, each in columns.items()})
+    with pytest.raises(sc.InputError, match=r"mag is negative at 2 Hz.*in decibels it is gain_db"):
+        sc.read_response(path, {"gain": "mag"})
+
+
 def test_python_controls_response_is_taken_with_its_names() -> None:
     frd = ct.FrequencyResponseData(VALUES, OMEGA, inputs=["voltage"], outputs=["tip"])
     found = as_response(frd, "response")
