@@ -53,7 +53,7 @@ class DigitalLoss:
         before, after = (readings[_COST].value for readings in (self.before, self.after))
         if math.isinf(before) and math.isinf(after):
             return 0.0
-        return (after + self.rounding) / before - 1
+        return after / before - 1
 
     @property
     def stable(self) -> bool:
@@ -125,12 +125,12 @@ def digital_loss(before: Judgement, after: Judgement) -> DigitalLoss:
 
 def _rounding(judgement: Judgement) -> float:
     """Return what rounded signals add to the H2 cost."""
-    loop, arithmetic = judgement.loop, judgement.controller.arithmetic
+    loop = judgement.loop
     if not loop.objective.weighted or not judgement.stable:
         return math.nan
-    if arithmetic is None or arithmetic.kind == "float" or not isinstance(loop, SampledLoop):
+    if not isinstance(loop, SampledLoop) or loop.rounding is None:
         return 0.0
-    return loop.closed.cost_of_rounding(*arithmetic.noise)
+    return loop.closed.cost_of_rounding(*loop.rounding)
 
 
 def loop_signals(judgement: Judgement) -> LoopSignals:

@@ -122,5 +122,6 @@ def _sampled(loop: SampledLoop, watched: GeneralisedPlant) -> dict[str, float]:
         )  # fmt: skip
         one = replace(watched, system=alone)
         sampled = sampled_plant(one, loop.sample_time, loop.late)
-        found[name] = math.sqrt(max(sampled.close(loop.controller.linear).h2.value, 0.0))
+        closed = sampled.close(loop.controller.linear, loop.rounding)
+        found[name] = math.sqrt(max(closed.h2.value, 0.0))
     return found

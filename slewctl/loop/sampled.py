@@ -23,6 +23,7 @@ from slewctl.plant import (
     loop_dead_time,
     sampled_plant,
 )
+from slewctl.plant.sampled import Rounding
 
 # How far a pole z may be from where the arm's own would be, and is its.
 _NEAR = 0.5
@@ -77,7 +78,13 @@ class SampledLoop(Loop):
     @cached_property
     def closed(self) -> SampledClosed:
         """The closed loop from sample to sample, with the cost between the samples."""
-        return self.sampled.close(self.controller.linear)
+        return self.sampled.close(self.controller.linear, self.rounding)
+
+    @property
+    def rounding(self) -> Rounding | None:
+        """What words add to the controller's signals; None of one in double or single precision."""
+        arithmetic = self.controller.arithmetic
+        return arithmetic.noise if arithmetic is not None else None
 
     @cached_property
     def linear(self) -> LinearSystem:
@@ -151,5 +158,5 @@ class SampledLoop(Loop):
 
     @cached_property
     def h2_by_poles(self) -> H2Cost:
-        """Mean of Σ z² over all times, at and between the samples."""
+        """Mean of Σ z² over all times, at and between the samples, rounding of words included."""
         return self.closed.h2

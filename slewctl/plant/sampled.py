@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 # A delay this near to a whole number of samples, in samples, is that number.
 _WHOLE = 1e-9
+Rounding: TypeAlias = tuple[Array, Array, float]
+"""Variances that words add to the readings, to the controller's states and to the command."""
 MOST_DELAY = 10  # samples: each is a state more, and no such loop is worth closing
 
 
@@ -101,7 +103,7 @@ class SampledPlant(Described):
             name=f"{self.plant.linear.name}_sampled",
         )
 
-    def close(self, controller: object) -> SampledClosed:
+    def close(self, controller: object, rounding: Rounding | None = None) -> SampledClosed:
         """Return the closed loop of a discrete-time controller.
 
         Parameters
@@ -109,13 +111,15 @@ class SampledPlant(Described):
         controller : control.StateSpace
             From the sensors to the actuator, connected with a plus sign, with the plant's
             sample time.
+        rounding : tuple of ndarray, ndarray and float, optional
+            Of one that computes in words; see `SampledClosed.cost_of_rounding`.
 
         Raises
         ------
         InputError
             If its signals or its sample time are others than the plant's.
         """
-        return SampledClosed(self, self.plant.fitting(controller, self.sample_time))
+        return SampledClosed(self, self.plant.fitting(controller, self.sample_time), rounding)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,10 +130,13 @@ class SampledClosed:
     ----------
     plant : SampledPlant
     controller : LinearSystem
+    rounding : tuple of ndarray, ndarray and float, or None
+        Variances of white errors in the controller; see `cost_of_rounding`.
     """
 
     plant: SampledPlant
     controller: LinearSystem
+    rounding: Rounding | None = None
 
     @cached_property
     def A(self) -> Array:
@@ -163,13 +170,17 @@ class SampledClosed:
 
     @cached_property
     def h2(self) -> H2Cost:
-        """Mean of zᵀz over all times, from both Gramians; the loop must be stable."""
+        """Mean of zᵀz over all times, from both Gramians; the loop must be stable.
+
+        That of rounding is in it.
+        """
         p, (_, direct) = self.plant, self._driven
         at_once = float(np.trace(direct.T @ p.cost @ direct @ p.sensor_noise)) + p.noise_cost
         value = float(np.sum(self._cost * self.covariance)) + at_once
         other = float(np.sum(self.cost_to_go * self._noise)) + at_once
         size = max(abs(value), np.finfo(float).tiny)
-        return H2Cost(value / p.sample_time, abs(other - value) / size)
+        added = self.cost_of_rounding(*self.rounding) if self.rounding else 0.0
+        return H2Cost(value / p.sample_time + added, abs(other - value) / size)
 
     @cached_property
     def _cost(self) -> Array:

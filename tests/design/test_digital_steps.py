@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import slewctl as sc
-from slewctl.compare import loop_signals
+from slewctl.compare import digital_loss, loop_signals, read
 from slewctl.design.anti_windup import anti_windup
 from slewctl.design.digital.sections import in_sections
 from slewctl.numerics.discrete_equations import solve_discrete_lyapunov
@@ -220,6 +221,7 @@ def test_the_least_word_loses_no_more_than_it_may(monkeypatch: pytest.MonkeyPatc
 def test_rounding_costs_what_the_noise_of_it_costs() -> None:
     made = sampled().in_fixed_point(10, None, problem().loop_signals(sampled()))
     assert made.arithmetic is not None
+    assert made.arithmetic.noise is not None
     readings, states, command = made.arithmetic.noise
     closed = problem().judge(made).loop.closed  # type: ignore[attr-defined]
     p, (_, Bk, _, Dk) = closed.plant, made.linear.matrices
@@ -237,6 +239,29 @@ def test_rounding_costs_what_the_noise_of_it_costs() -> None:
     found = closed.cost_of_rounding(readings, states, command)
     assert found == pytest.approx(expected / p.sample_time, rel=1e-9)
     assert found > 0
+
+
+@pytest.mark.parametrize("word", [8, 12, 16])
+def test_what_is_judged_of_words_has_their_rounding_in_it(word: int) -> None:
+    """Cost, loss and levels of what runs, not of its coefficients alone."""
+    asked, exact = problem(), problem().judge(sampled())
+    made = sampled().in_fixed_point(word, None, asked.loop_signals(sampled()))
+    judged = asked.judge(made)
+    bare = asked.judge(replace(made, arithmetic=None))
+    lost = digital_loss(exact, judged)
+    assert lost.rounding > 0
+    assert judged.cost == pytest.approx(bare.cost + lost.rounding, rel=1e-12)
+    assert lost.cost == pytest.approx(judged.cost / exact.cost - 1, rel=1e-9)
+    assert read(judged, "h2_loss").value == pytest.approx(
+        judged.cost / judged.optimum.h2_cost - 1, rel=1e-12
+    )
+    assert judged.noise.torque > bare.noise.torque
+    # The cost is that of weighted levels: tip and torque over their limits.
+    levels = [judged.noise.tip, judged.noise.torque]
+    assert None not in levels
+    limits = judged.loop.objective.limits
+    weighted = [(level / limits[name]) ** 2 for level, name in zip(levels, limits, strict=True)]
+    assert judged.cost == pytest.approx(sum(weighted), rel=1e-9)
 
 
 def test_a_signals_sizes_are_those_of_the_slew() -> None:

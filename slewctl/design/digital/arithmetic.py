@@ -50,14 +50,13 @@ class Arithmetic:
         return int(2 ** (self.word - 1) - 1)
 
     @property
-    def noise(self) -> tuple[Array, Array, float]:
+    def noise(self) -> tuple[Array, Array, float] | None:
         """Variances that rounding adds: to the readings, the states and the command.
 
-        Those of a uniform error of one step; none are told of single precision, whose steps
-        are relative.
+        Those of a uniform error of one step; None of single precision, whose steps are relative.
         """
         if self.kind == "float":
-            return np.zeros(0), np.zeros(0), 0.0
+            return None
         steps = [np.ldexp(1.0, -np.array(bits, dtype=int)) ** 2 / 12
                  for bits in (self.readings, self.states, [self.command])]  # fmt: skip
         return steps[0], steps[1], float(steps[2][0])
