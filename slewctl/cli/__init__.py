@@ -49,6 +49,9 @@ def interrupted() -> NoReturn:
     What had to be undone was undone on the way here.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # `stop` ends at once: what a pool of processes holds would be told as leaked.
+    if (pools := sys.modules.get("multiprocessing.util")) is not None:
+        pools._run_finalizers(0)
     stop("interrupted; no file was half-written")
 
 

@@ -15,7 +15,7 @@ from slewctl.check.result import BAD_INPUT
 from slewctl.cli.terminal import ERR, OUT, next_step, progress, show
 from slewctl.cli.verdicts import summary, verdict_table
 from slewctl.errors import InputError, SlewctlError, check_nonnegative
-from slewctl.files import find_designs
+from slewctl.files import designs_below, find_designs
 from slewctl.gate import check_designs
 from slewctl.versions import installed
 
@@ -72,7 +72,12 @@ def check(
     """Judge designs, print and write the verdicts; return the exit status."""
     if compiled:
         embedded.find_compiler()  # said once, and not of every design
-    check_nonnegative(tolerance, "--tolerance")
+    if check_nonnegative(tolerance, "--tolerance") >= 1:
+        raise InputError(
+            f"{tolerance:g} would let every margin go",
+            where="--tolerance",
+            remedy="give a fraction, as 0.05 for five per cent",
+        )
     designs = find_designs(paths)
     outputs.check(designs)
     before = outputs.accepted(may_be_missing=update_baseline)
@@ -93,9 +98,18 @@ def check(
     written, notes = _write(outputs, results, before if update_baseline else None)
     _print(results, every=every, quiet=quiet, github=github)
     if not quiet:
+        _tell_what_was_not_seen(paths, designs)
         for note in notes:
             OUT.print(f"baseline: {note}", soft_wrap=True)
     return exit_status(results) if written else BAD_INPUT
+
+
+def _tell_what_was_not_seen(paths: Sequence[Path], designs: Sequence[Path]) -> None:
+    for folder in filter(Path.is_dir, paths):
+        if below := designs_below(folder, designs):
+            inside = ", ".join(sorted({str(path.parent) for path in below}))
+            what = "design is" if len(below) == 1 else "designs are"
+            OUT.print(f"{len(below)} more {what} in {inside}: name it too", soft_wrap=True)
 
 
 def _print(results: Sequence[DesignResult], *, every: bool, quiet: bool, github: bool) -> None:

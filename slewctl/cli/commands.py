@@ -44,8 +44,8 @@ class _Group(click.Group):
 def cli() -> None:
     """Control design for slewing flexible arms.
 
-    Exit status: 0 when all went well and all requirements hold, 1 when a requirement fails,
-    2 for bad input.
+    Exit status: 0 when all went well, 1 where check or report finds a requirement that fails (of
+    other commands see their --help), 2 for bad input.
     """
 
 
@@ -186,7 +186,8 @@ def check_command(
       1  a requirement failed, a quantity is worse than in the baseline, or a
          design of the baseline is gone
       2  bad input: a design that cannot be judged (the others are judged all the
-         same), a missing or corrupt baseline, a file that cannot be written
+         same), a path that is not there (nothing is judged), a missing or
+         corrupt baseline, a file that cannot be written
     """
     _refuse_idle(context)
     from slewctl.cli.check import Outputs, check

@@ -104,11 +104,13 @@ def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
 
                 drawn = [files for _, _, files in found]
                 write_figures(Comparison(results), outputs.figures, drawn=drawn)
-    for result in results:
+    for result, section, _ in found:
         stable = sum(e.stable for e in result.evaluations)
-        OUT.print(
-            f"{result.case.name}: {stable} of {len(result.evaluations)} designs stable on the truth"
-        )
+        line = f"{stable} of {len(result.evaluations)} designs stable on the truth"
+        if failed := len(section["failed"]):
+            asked = sum(map(len, section["verdicts"].values()))
+            line += f"; the file's own fails {failed} of {asked} requirements"
+        OUT.print(f"{result.case.name}: {line}", soft_wrap=True)
     if results:
         OUT.print(f"report: {page}")
         if outputs.figures is not None:

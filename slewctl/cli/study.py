@@ -100,7 +100,7 @@ def _slices(given: Sequence[str]) -> dict[str, str]:
 
 def _stamp(study: Study) -> dict[str, Any]:
     """Return what the results depend on."""
-    return {"columns": COLUMNS, "study": repr(study)}
+    return {"columns": COLUMNS, "arm": repr(study.arm), "truth_modes": study.truth_modes}
 
 
 def _notice(sentence: str) -> None:

@@ -35,7 +35,7 @@ class DigitalLoss:
     before, after : mapping of str to Reading
         By the names of `slewctl.compare.QUANTITIES`; without values for an unstable loop.
     rounding : float
-        Part of the later cost that the rounding of its signals adds; NaN without weights.
+        Part of the later cost that the rounding of its signals adds at most; NaN without weights.
     """
 
     before: Mapping[str, Reading]
@@ -227,7 +227,7 @@ def least_word(judgement: Judgement, loss: float = 0.01) -> tuple[Controller, Di
     >>> from slewctl.compare import least_word
     >>> words, lost = least_word(problem.judge(K))
     >>> str(words.arithmetic), lost.worst < 0.01
-    ('words of 10 bits', True)
+    ('words of 13 bits', True)
     """
     check_positive(loss, "loss")
     signals = loop_signals(judgement)

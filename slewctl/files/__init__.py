@@ -7,7 +7,7 @@ from slewctl._lazy import attach
 if TYPE_CHECKING:
     from slewctl.files.arm_table import computing_arm, find_arm, read_arm
     from slewctl.files.example import example_design
-    from slewctl.files.find import find_designs, is_study, name_designs
+    from slewctl.files.find import designs_below, find_designs, is_study, name_designs
     from slewctl.files.lines import key_lines
     from slewctl.files.measured_file import read_measured as read_measured
     from slewctl.files.reader import DesignFile, design_of_text, read_design, read_designs
@@ -23,6 +23,7 @@ __all__ = [
     "Variation",
     "computing_arm",
     "design_of_text",
+    "designs_below",
     "example_design",
     "find_arm",
     "find_designs",

@@ -13,8 +13,8 @@ from slewctl.files.source import Source, read_source
 def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
     """Return the ``.toml`` files named, and those in the folders named, sorted.
 
-    Study files, which `slewctl.files.read_study` reads, are left out.  What cannot be read is
-    kept: whoever reads it says why.
+    Study files, which `slewctl.files.read_study` reads, are left out, and so is what lies in
+    folders of these folders.  What cannot be read is kept: whoever reads it says why.
 
     Parameters
     ----------
@@ -60,6 +60,37 @@ def _in_folder(folder: Path) -> list[Path]:
         what = "studies only, no design" if files else "no .toml file"
         raise InputError(f"{what} in this folder", where=str(folder), remedy="name a design file")
     return designs
+
+
+def designs_below(folder: Path, known: Iterable[Path]) -> tuple[Path, ...]:
+    """Return the designs in folders of a folder that are none of those known.
+
+    Parameters
+    ----------
+    folder : Path
+    known : iterable of Path
+
+    Returns
+    -------
+    tuple of Path
+        Of what can be read as TOML with a controller.
+
+    Examples
+    --------
+    >>> from slewctl.files import designs_below, example_design
+    >>> designs_below(example_design().parent, [])
+    ()
+    """
+    seen = {path.resolve() for path in known}
+    nested = (path for path in sorted(folder.rglob("*.toml")) if path.parent != folder)
+    return tuple(path for path in nested if path.resolve() not in seen and _has_controller(path))
+
+
+def _has_controller(path: Path) -> bool:
+    try:
+        return "controller" in read_source(path).content
+    except SlewctlError:
+        return False
 
 
 def is_study(path: Path) -> bool:

@@ -25,6 +25,7 @@ from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import stability_threshold
 from slewctl.plant.hold import Held, held
 from slewctl.plant.problem import GeneralisedPlant, check_plant
+from slewctl.plant.rounding_errors import standing_cost, white_cost
 
 if TYPE_CHECKING:
     import control
@@ -174,7 +175,7 @@ class SampledClosed:
 
         That of rounding is in it.
         """
-        p, (_, direct) = self.plant, self._driven
+        p, (_, direct) = self.plant, self.driven
         at_once = float(np.trace(direct.T @ p.cost @ direct @ p.sensor_noise)) + p.noise_cost
         value = float(np.sum(self._cost * self.covariance)) + at_once
         other = float(np.sum(self.cost_to_go * self._noise)) + at_once
@@ -185,11 +186,11 @@ class SampledClosed:
     @cached_property
     def _cost(self) -> Array:
         """∫ zᵀz dt over a sample as a quadratic form of the states."""
-        seen = self._driven[0]
+        seen = self.driven[0]
         return np.asarray(seen.T @ self.plant.cost @ seen)
 
     def cost_of_rounding(self, readings: Array, states: Array, command: float) -> float:
-        """Return what white errors of these variances in the controller add to the H2 cost.
+        """Return what errors of these variances in the controller add to the H2 cost at most.
 
         Parameters
         ----------
@@ -198,14 +199,8 @@ class SampledClosed:
         command : float
             That of what is added to the command.
         """
-        p, (_, Bk, _, Dk) = self.plant, self._controller
-        n, price = len(p.A), self.cost_to_go
-        held = np.vstack([p.B, np.zeros((len(Bk), 1))])
-        read = np.vstack([p.B @ Dk, Bk])
-        through = command + float((Dk**2 @ readings)[0])
-        added = float(np.sum((price @ read) * read, axis=0) @ readings)
-        added += float(np.diag(price)[n:] @ states) + command * float((held.T @ price @ held)[0, 0])
-        return (added + through * float(p.cost[-1, -1])) / p.sample_time
+        white = white_cost(self, readings, states, command)
+        return white + standing_cost(self, states)
 
     @property
     def _controller(self) -> tuple[Array, Array, Array, Array]:
@@ -221,7 +216,7 @@ class SampledClosed:
         return noise
 
     @cached_property
-    def _driven(self) -> tuple[Array, Array]:
+    def driven(self) -> tuple[Array, Array]:
         """From the states, and from v_k, to [x_k; u_k]."""
         p, (Ak, _, Ck, Dk) = self.plant, self._controller
         n = len(p.A)

@@ -258,7 +258,8 @@ _FIGURES: dict[str, tuple[Draw, str]] = {
     "ladder": (
         ladder_figure,
         "The spillover ladder: each controller meets the first N modes of the truth. A cross is "
-        "an unstable loop; where the lines are level, more modes change nothing.",
+        "an unstable loop; where the lines are level, more modes change nothing. What loses less "
+        "than 0.01 % is drawn there.",
     ),
     "poles": (
         _poles,

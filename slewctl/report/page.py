@@ -67,6 +67,7 @@ def percent(value: float | None, digits: int = 2) -> str:
     """Return a fraction in per cent, with a dash for none."""
     if value is None or not math.isfinite(value):
         return number(value)
+    value = value or 0.0  # zero has no sign
     size = abs(100 * value)
     if 0 < size < 10.0**-digits:
         return f"< {10.0**-digits:g} %"

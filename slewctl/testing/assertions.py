@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 
+from slewctl.check.measured import READ, judge_measured
+from slewctl.check.requirements import Verdict
 from slewctl.check.words import number_text
 from slewctl.compare import QUANTITIES, Quantity
 from slewctl.design import Controller
-from slewctl.errors import check_nonnegative
+from slewctl.errors import InputError, check_nonnegative
 from slewctl.loop import Crossing, Loop, Margins, UnstableLoopError
 from slewctl.loop.margin_functions import margins as margins_of
+from slewctl.loop.measured_margin_results import MeasuredMargins
 from slewctl.loop.parts import Plant, System
 
 
@@ -32,7 +35,8 @@ def assert_margins(
     ----------
     loop : Loop, GeneralisedPlant, control.StateSpace or control.TransferFunction
         From `slewctl.close`; or a return ratio L; or, with a controller, the plant.
-        Continuous or sampled.
+        Continuous or sampled.  Of a `Response`, or a control.FrequencyResponseData, the whole
+        interval of a margin must hold, and stability be decided.
     controller : Controller, control.StateSpace, control.TransferFunction or float, optional
         Its signals are matched with the plant's by name; see `slewctl.margins`.
     sign : {-1, 1}, optional
@@ -81,7 +85,10 @@ def assert_margins(
         margins = margins_of(loop, controller, sign=sign)
     except UnstableLoopError as error:
         raise AssertionError(f"{error.what}; an unstable loop has no margin") from None
-    short = _shortfalls(margins, asked) if asked else []
+    if isinstance(margins, MeasuredMargins):
+        short = _measured_shortfalls(margins, asked)
+    else:
+        short = _shortfalls(margins, asked) if asked else []
     if short:
         raise AssertionError("\n".join(short))
 
@@ -99,6 +106,30 @@ def _shortfalls(margins: Margins, asked: dict[str, float]) -> list[str]:
     if margins.unproved:
         lines.append("the margins are not confirmed: " + "; ".join(margins.unproved))
     return lines
+
+
+def _measured_shortfalls(margins: MeasuredMargins, asked: dict[str, float]) -> list[str]:
+    """Return a line for each margin whose whole interval is not as large as asked."""
+    if untold := [name for name in asked if name not in READ]:
+        raise InputError(
+            "a measured response does not tell it",
+            where=untold[0],
+            remedy=f"ask for {', '.join(name for name in READ if 'margin' in name)}",
+        )
+    return [
+        verdict.note
+        if verdict.requirement == "stable"
+        else f"{_short_of(verdict)} ({verdict.note})"
+        for verdict in judge_measured(margins, asked)
+        # Of a loop that is not stable there is nothing else to tell.
+        if not verdict.passed and (margins.stable or verdict.requirement == "stable")
+    ]
+
+
+def _short_of(verdict: Verdict) -> str:
+    quantity = QUANTITIES[verdict.requirement]
+    value = math.nan if verdict.value is None else verdict.value
+    return _short(quantity, Crossing(value, verdict.frequency_hz), verdict.limit)
 
 
 def _short(quantity: Quantity, crossing: Crossing, limit: float) -> str:

@@ -41,12 +41,16 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Add the folders of designs to the paths that pytest looks at when none is named."""
     config.addinivalue_line("markers", "slewctl: a requirement of a design file")
+    if not config.option.file_or_dir:
+        for folder in config.getini("slewctl_designs"):
+            if not folder.exists():  # a run that judges nothing would be green
+                raise pytest.UsageError(f"slewctl_designs: {folder}: no such file or folder")
     if _from_testpaths(config):
         seen = [Path(argument).resolve() for argument in config.args]
         config.args += [
             str(folder)
             for folder in config.getini("slewctl_designs")
-            if folder.exists() and not any(_below(folder, path) for path in seen)
+            if not any(_below(folder, path) for path in seen)
         ]
 
 
@@ -85,9 +89,15 @@ def _below(path: Path, folder: Path) -> bool:
 def _is_design(path: Path) -> bool:
     try:
         with path.open("rb") as file:
-            text = file.read(_MOST_BYTES + 1).decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError):
-        return False
+            data = file.read(_MOST_BYTES + 1)
+    except OSError:  # what it is cannot be told: it says so where it is judged
+        return True
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        # No valid TOML either.  Tables are ASCII in every encoding, but for UTF-16's zeros.
+        text = data.replace(b"\0", b"").decode("latin-1")
+        return all(table.search(text) for table in _TABLES)
     tables = all(table.search(text) for table in _TABLES)
     if len(text) > _MOST_BYTES or _ENDLESS_KEY.search(text):
         return tables

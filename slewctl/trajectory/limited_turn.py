@@ -21,9 +21,10 @@ from slewctl.errors import (
     check_nonnegative,
     check_number,
     check_positive,
+    check_types,
 )
 from slewctl.trajectory.fewest import fewest
-from slewctl.trajectory.shapers import Mode
+from slewctl.trajectory.shapers import Mode, check_order
 
 # What may be left at the end, of the turn's own size.
 _LEFT = 1e-6
@@ -49,7 +50,7 @@ class Drive:
     Raises
     ------
     InputError
-        For no limit of torque or voltage, or a voltage without its motor.
+        For no limit of torque or voltage, or a voltage without its motor, or the reverse.
 
     Examples
     --------
@@ -68,7 +69,13 @@ class Drive:
         for name in ("torque", "torque_rate", "voltage"):
             if getattr(self, name) is not None:
                 check_positive(getattr(self, name), f"drive.{name}")
-        check_nonnegative(self.volts_per_rate, "drive.volts_per_rate")
+        for name in ("torque_per_volt", "volts_per_rate"):
+            if check_nonnegative(getattr(self, name), f"drive.{name}") and self.voltage is None:
+                raise InputError(
+                    "is a motor's, and its voltage has no limit",
+                    where=f"drive.{name}",
+                    remedy="give the largest voltage too",
+                )
         if self.torque is None and self.voltage is None:
             raise InputError(
                 "no limit", where="drive", remedy="give the largest torque, or the voltage"
@@ -157,8 +164,10 @@ def limited_turn(
     """
     if check_number(angle, "angle") == 0:
         raise InputError("no turn", where="angle", remedy="give an angle")
-    if order not in (1, 2):
-        raise InputError(f"{order} is no order", where="order", remedy="give 1 or 2")
+    check_order(order)
+    (drive,) = check_types([drive], Drive, "drive")
+    if not isinstance(modes, Sequence) or len(modes):  # of a rigid arm there are none
+        modes = check_types(modes, Mode, "modes")
     T = check_positive(sample_time, "sample_time")
     check_positive(inertia, "inertia")
     check_nonnegative(friction, "friction")
@@ -221,7 +230,8 @@ class _Program:
         unit = self.inertia * self.angle / (samples * self.T) ** 2
         rate, turned = _rigid(back, self.T, self.inertia, self.friction)
         size = samples * self.T
-        rows, ends = [turned / self.angle, rate * size / self.angle], [1 / unit, 0.0]
+        # By a torque of one unit the rigid arm turns by about the angle: the rows are near one.
+        rows, ends = [turned / self.angle * unit, rate / self.angle * unit * size], [1.0, 0.0]
         for mode in self.modes:
             pole = mode.ratio * mode.frequency + 1j * mode.damped
             wave = np.exp(-pole * back)

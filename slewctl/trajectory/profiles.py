@@ -196,7 +196,14 @@ class SCurve(Profile):
     def _inside(self, t: Array) -> tuple[Array, Array, Array]:
         end = self.duration
         late = t > end / 2  # the second half is the first one backwards: nothing cancels
-        angle, rate, acceleration = self._risen(np.where(late, end - t, t))
+        t = np.where(late, end - t, t)
+        angle, rate, acceleration = self._risen(t)
+        # At the full rate, once it is reached, nothing is left to cancel either.
+        first, rising = self.widths[0], sum(self.widths[1:])
+        cruising, full = (t >= rising) & (t <= first), self.angle / first
+        angle = np.where(cruising, full * (t - rising / 2), angle)
+        rate = np.where(cruising, full, rate)
+        acceleration = np.where(cruising, 0.0, acceleration)
         return (
             np.where(late, self.angle - angle, angle),
             rate,

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, pi, sqrt
+from math import ceil, log2, pi, sqrt
 
 import numpy as np
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError, InputError, check_number, check_positive, check_types
 from slewctl.trajectory.costate import FullTorque, Functionals, fastest
-from slewctl.trajectory.shapers import Mode
+from slewctl.trajectory.shapers import Mode, check_order
 
 # Samples of the linear program that Newton's method starts from: at least, for each period of
 # the fastest mode, and at most.
@@ -97,8 +97,7 @@ def rest_to_rest(
     """
     if check_number(angle, "angle") == 0:
         raise InputError("no turn", where="angle", remedy="give an angle")
-    if order not in (1, 2):
-        raise InputError(f"{order} is no order", where="order", remedy="give 1 or 2")
+    check_order(order)
     size = abs(angle) * check_positive(inertia, "inertia")
     size /= check_positive(torque_limit, "torque_limit")
     if isinstance(modes, Sequence) and not len(modes):
@@ -110,9 +109,13 @@ def rest_to_rest(
             where="angle",
             remedy="give angle, torque and inertia in SI units",
         )
+    # Time is counted in what a rigid arm takes, but for a factor that costs no digit.
+    unit = 2.0 ** round(log2(size) / 2)
+    modes = [Mode(mode.frequency * unit, mode.ratio) for mode in modes]
+    size /= unit**2
     found = fastest(_started(size, modes, order), size)
     limit = float(np.sign(angle)) * torque_limit * found.signs[0]
-    return BangBang(limit, tuple(found.switches.tolist()), found.end)
+    return BangBang(limit, tuple((unit * found.switches).tolist()), unit * found.end)
 
 
 def _farthest(end: float, modes: Sequence[Mode], order: int) -> tuple[float, FullTorque]:
@@ -130,10 +133,15 @@ def _farthest(end: float, modes: Sequence[Mode], order: int) -> tuple[float, Ful
         )
     held = np.diff(functionals.at(np.linspace(0.0, end, samples + 1))[1], axis=1)
     scale = np.abs(held).sum(axis=1, keepdims=True)
-    found = linprog(held[0], A_eq=(held / scale)[1:], b_eq=np.zeros(len(held) - 1), bounds=(-1, 1))
+    rows = held / scale
+    found = linprog(rows[0], A_eq=rows[1:], b_eq=np.zeros(len(rows) - 1), bounds=(-1, 1))
     if found.x is None:
-        raise AccuracyError(f"no torque was found: {found.message}", where="rest_to_rest")
-    multipliers = found.eqlin.marginals / scale[1:, 0]
+        raise AccuracyError(
+            "no torque was found",
+            where="rest_to_rest",
+            remedy="leave the fastest modes out, or those that the turn hardly moves",
+        )
+    multipliers = found.eqlin.marginals * (scale[0, 0] / scale[1:, 0])
     return -float(held[0] @ found.x), FullTorque(functionals, multipliers, end)
 
 

@@ -8,9 +8,9 @@ from math import ceil
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.errors import AccuracyError, InputError, check_positive
+from slewctl.errors import AccuracyError, InputError, check_positive, check_types
 from slewctl.trajectory.fewest import fewest
-from slewctl.trajectory.shapers import Mode, Shaper
+from slewctl.trajectory.shapers import Mode, Shaper, check_order
 
 # Impulses below this are none: the program's rounding.
 _NONE = 1e-12
@@ -53,12 +53,8 @@ def sampled_shaper(modes: Sequence[Mode], sample_time: float, order: int = 1) ->
     >>> found.duration < sc.shaper("zv", [sc.Mode(12.0), sc.Mode(61.0)]).duration
     True
     """
-    if not modes or order not in (1, 2):
-        raise InputError(
-            "no mode" if not modes else f"{order} is no order",
-            where="order" if modes else "modes",
-            remedy="give 1 or 2" if modes else "give at least one",
-        )
+    modes = check_types(modes, Mode, "modes")
+    check_order(order)
     check_positive(sample_time, "sample_time")
     slowest = min(mode.half_period for mode in modes) / 2
     if sample_time > slowest:

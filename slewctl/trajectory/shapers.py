@@ -17,7 +17,14 @@ import numpy as np
 
 from slewctl._show import Tabular
 from slewctl._types import Array
-from slewctl.errors import InputError, check_choice, check_number, check_positive, check_types
+from slewctl.errors import (
+    InputError,
+    check_choice,
+    check_number,
+    check_positive,
+    check_types,
+    shown,
+)
 from slewctl.trajectory.profiles import Profile
 
 # Impulses closer than this part of the shaper's duration are one.
@@ -224,7 +231,8 @@ def shaper(kind: str, modes: Mode | Sequence[Mode], tolerance: float = TOLERANCE
     Raises
     ------
     InputError
-        For another kind, no mode, or a tolerance that the damping alone already meets.
+        For another kind, no mode, a tolerance that the damping alone already meets, or one
+        where none means anything.
 
     Notes
     -----
@@ -241,6 +249,10 @@ def shaper(kind: str, modes: Mode | Sequence[Mode], tolerance: float = TOLERANCE
     """
     check_choice(kind, SHAPERS, "shaper")
     several = [modes] if isinstance(modes, Mode) else check_types(modes, Mode, "modes")
+    if tolerance != TOLERANCE and not kind.startswith("ei"):
+        raise InputError(
+            f"{kind} allows no residual", where="tolerance", remedy="leave it out, or take ei"
+        )
     if not 0 < check_number(tolerance, "tolerance") < 1:
         raise InputError(
             f"{tolerance:g} is no residual", where="tolerance", remedy="give 0 < tolerance < 1"
@@ -269,7 +281,7 @@ def compare_shapers(
     Raises
     ------
     InputError
-        For an error that is not between 0 and 1.
+        For an error that is not between 0 and 1, no shaper or no mode.
 
     Examples
     --------
@@ -280,8 +292,8 @@ def compare_shapers(
     ['zv 0.154', 'zvd 0.024']
     """
     check_error(error, "error")
-    entries = []
-    for one in shapers:
+    modes, entries = check_types(modes, Mode, "modes"), []
+    for one in check_types(shapers, Shaper, "shapers"):
         left = np.array([
             one.residual(mode.frequency * np.array([1, 1 - error, 1 + error]), mode.ratio)
             for mode in modes
@@ -290,6 +302,12 @@ def compare_shapers(
             ShaperRow(one.name, one.duration, left[0], float(left[1:].max()), len(one.times))
         )
     return ShaperTable(tuple(entries), error)
+
+
+def check_order(order: object) -> None:
+    """Refuse an order that is neither 1 nor 2."""
+    if type(order) is not int or order not in (1, 2):
+        raise InputError(f"{shown(order)} is no order", where="order", remedy="give 1 or 2")
 
 
 def check_error(error: object, where: str) -> float:

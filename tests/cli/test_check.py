@@ -262,6 +262,7 @@ REFUSED = [
     (["--all", "--quiet"], "--all means nothing with --quiet"),
     (["--baseline", "none.json", "--tolerance", "nan"], "--tolerance: nan is not a finite number"),
     (["--baseline", "none.json", "--tolerance", "-1"], "--tolerance: -1 is negative"),
+    (["--baseline", "none.json", "--tolerance", "5"], "--tolerance: 5 would let every margin go"),
     (["nothing.toml"], "nothing.toml: no such file or folder"),
 ]  # fmt: skip
 
@@ -353,3 +354,18 @@ def test_a_full_disk_is_told_in_one_line(tmp_path: Path) -> None:
         )  # fmt: skip
     assert done.returncode == 2
     assert done.stderr == "slewctl: input or output failed: No space left on device\n"
+
+
+def test_designs_in_folders_of_a_folder_are_told_of(run: Run) -> None:
+    write(good=FAST)
+    inside = Path("designs/rigs")
+    inside.mkdir()
+    (inside / "bad.toml").write_text(FAILING, encoding="utf-8")
+    (inside / "pyproject.toml").write_text("[project]\nname = 'x'\n", encoding="utf-8")
+    done = run("designs")
+    assert done.status == 0
+    assert done.out.splitlines()[-1] == f"1 more design is in {inside}: name it too"
+    assert "rigs" not in run("designs", "--quiet").out
+    both = run("designs", inside / "bad.toml")
+    assert both.status == 1
+    assert "more design" not in both.out

@@ -111,6 +111,13 @@ def test_study_answers_and_goes_on_where_it_was(study: Path, tmp_path: Path) -> 
     assert mended.stderr == f"slewctl: {results}:4: damaged; what it told is done again\n"
     assert mended.stdout == done.stdout
     assert files(out) == before
+    # A larger grid under another title is the same study: what was tried is not tried again.
+    larger = STUDY.replace("orders = [1, 2]", "orders = [1, 2, 3]").replace("Two", "More")
+    study.write_text(larger)
+    grown = slewctl("study", study, "--out", out, "--resume", "--workers", "1", "--parquet")
+    assert grown.returncode == 0, grown.stderr
+    assert set(lines) <= set(results.read_text().splitlines(keepends=True))
+    assert pyarrow.parquet.read_table(out / "rows.parquet").num_rows == 18
     study.write_text(STUDY.replace("modes = 6", "modes = 7"))
     other = slewctl("study", study, "--out", out, "--resume")
     assert "results of another study or version" in other.stderr

@@ -17,6 +17,7 @@ from slewctl.design.digital.sections import in_sections
 from slewctl.numerics.discrete_equations import solve_discrete_lyapunov
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
+from slewctl.plant.rounding_errors import white_cost
 
 
 @cache
@@ -236,7 +237,7 @@ def test_rounding_costs_what_the_noise_of_it_costs() -> None:
     row = np.block([[np.eye(n), np.zeros((n, size - n))], [Dk @ p.C, made.linear.C]])
     at_once = float((Dk**2 @ readings)[0])
     expected = np.sum((row.T @ p.cost @ row) * spread) + p.cost[-1, -1] * (command + at_once)
-    found = closed.cost_of_rounding(readings, states, command)
+    found = white_cost(closed, readings, states, command)
     assert found == pytest.approx(expected / p.sample_time, rel=1e-9)
     assert found > 0
 
@@ -256,12 +257,41 @@ def test_what_is_judged_of_words_has_their_rounding_in_it(word: int) -> None:
         judged.cost / judged.optimum.h2_cost - 1, rel=1e-12
     )
     assert judged.noise.torque > bare.noise.torque
-    # The cost is that of weighted levels: tip and torque over their limits.
-    levels = [judged.noise.tip, judged.noise.torque]
-    assert None not in levels
+    # The cost is that of weighted levels, tip and torque over their limits, but that errors
+    # which stand still may not all be at their worst for both.
+    assert judged.noise.tip is not None
     limits = judged.loop.objective.limits
-    weighted = [(level / limits[name]) ** 2 for level, name in zip(levels, limits, strict=True)]
-    assert judged.cost == pytest.approx(sum(weighted), rel=1e-9)
+    weighted = (judged.noise.tip / limits["tip"]) ** 2
+    weighted += (judged.noise.torque / limits["torque"]) ** 2
+    assert bare.cost < weighted <= judged.cost * (1 + 1e-9)
+
+
+def test_an_integrator_that_words_hold_still_is_no_controller() -> None:
+    """Between ± half a step over its gain its reading moves nothing: the arm stays off by that."""
+    law = sc.given(
+        pid={"kp": 1.0, "ki": 0.1, "kd": 1.0, "filter_hz": 8.0}, inputs=["theta"],
+        output="torque", sample_time=0.02, discretise="tustin",
+    )  # fmt: skip
+    asked = problem()
+    judged = asked.judge(law)
+    made = law.in_fixed_point(11, None, asked.loop_signals(law))
+    words = asked.judge(made)
+    assert made.arithmetic is not None
+    A, B, _, _ = made.linear.matrices
+    (slow,) = np.flatnonzero(np.isclose(np.diag(A), 1.0))
+    off = 0.5 * 2.0 ** -made.arithmetic.states[slow] / abs(B[slow, 0])
+    assert off > 0.05
+    # At rest the hub is off by so much, the tip by it times the arm's length, for ever.
+    reach = asked.arm.hub.radius + asked.arm.beam.length
+    standing = (off * reach / asked.limits["tip"]) ** 2
+    coefficients = asked.judge(replace(made, arithmetic=None)).cost
+    assert words.cost > coefficients + 0.999 * standing
+    assert words.cost == pytest.approx(coefficients + standing, rel=0.01)  # it is all there is
+    assert digital_loss(judged, words).cost > 0.5
+    shortest, lost = asked.least_word(law)
+    assert shortest.arithmetic is not None
+    assert shortest.arithmetic.word > 11
+    assert lost.worst <= 0.01
 
 
 def test_a_signals_sizes_are_those_of_the_slew() -> None:

@@ -214,3 +214,11 @@ def test_eight_functions() -> None:
     controller = variance_bound(problem, std_max={"torque": bound})
     assert controller.certificate.verified
     assert deviation(problem, controller.system, "torque") == pytest.approx(bound, rel=1e-6)
+
+
+@pytest.mark.parametrize("bound", [1e-4, 1e-6])
+def test_an_actuator_alone_that_cannot_be_bounded_so_low_says_so(bound: float) -> None:
+    """The least variance of a single bounded torque is zero and reached by nothing."""
+    with pytest.raises(DesignError, match="raise it") as error:
+        variance_bound(plant(2), std_max={"torque": bound})
+    assert "math domain" not in str(error.value)

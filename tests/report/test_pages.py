@@ -127,6 +127,9 @@ def test_markdown_tells_the_same_designs(pages: dict[str, Path]) -> None:
     assert len(tables) == 5 * len(results["cases"])
     for table in tables:  # every row has as many cells as its heading
         assert len({line.count("|") for line in table.splitlines()}) == 1
+        # Without this line under its heading nothing takes it for a table.
+        assert re.fullmatch(r"\|(:?-{3,}:?\|)+", table.splitlines()[1])
+    assert "\\|" not in text
 
 
 def test_ladders_reach_the_whole_truth(pages: dict[str, Path]) -> None:

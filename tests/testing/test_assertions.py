@@ -7,6 +7,7 @@ from dataclasses import replace
 from inspect import signature
 
 import control
+import numpy as np
 import pytest
 
 from slewctl import (
@@ -25,6 +26,7 @@ from slewctl import (
 )
 from slewctl.compare import QUANTITIES
 from slewctl.loop import Crossing
+from slewctl.loop.margin_functions import margins as sc_margins
 from slewctl.testing import assert_margins
 
 OBJECTIVE = Objective(
@@ -161,6 +163,25 @@ def test_systems_of_python_control_are_taken_with_negative_feedback() -> None:
             assert_margins(*arguments, gain_margin_db=6.03)
     with pytest.raises(AssertionError, match="not stable"):
         assert_margins(plant, 2.1)
+
+
+def test_a_measured_loop_is_held_to_the_whole_of_its_intervals() -> None:
+    """L = 1/(2s(s² + s + 1)): twice as much is the limit, at 1 rad/s."""
+    s = control.tf("s")
+    L = 0.5 / (s * (s**2 + s + 1))
+    points = np.logspace(-2, 2, 400)
+    seen = control.frd(L, points)
+    low = sc_margins(seen).gain_db.low
+    assert 5.9 < low < 20 * math.log10(2)
+    assert_margins(seen, gain_margin_db=low, phase_margin_deg=20, modulus_margin=0.3)
+    with pytest.raises(AssertionError, match=r"gain_margin_db: 6\.02.*measured: .* to "):
+        assert_margins(seen, gain_margin_db=low * 1.0001)
+    assert_margins(seen)
+    for limits in ({}, {"phase_margin_deg": 0.0}):
+        with pytest.raises(AssertionError, match="measured: NOT stable"):
+            assert_margins(control.frd(20 * L, points), **limits)
+    with pytest.raises(InputError, match="disk_margin: a measured response does not tell it"):
+        assert_margins(seen, disk_margin=0.1)
 
 
 def test_a_plant_and_a_design_give_the_loop_that_they_close(loop: Loop) -> None:

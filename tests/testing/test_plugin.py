@@ -144,9 +144,32 @@ def test_the_ini_option_adds_to_testpaths_and_to_nothing_named(
 ) -> None:
     designs(pytester, good=BROKEN)
     pytester.mkdir("tests").joinpath("test_x.py").write_text("def test_x(): pass")
-    pytester.makeini("[pytest]\ntestpaths = tests\nslewctl_designs = designs\n  nowhere\n")
+    pytester.makeini("[pytest]\ntestpaths = tests\nslewctl_designs = designs\n")
     inner().assert_outcomes(passed=1, failed=1)
     inner("tests").assert_outcomes(passed=1)
+
+
+def test_a_folder_that_is_not_there_makes_no_green_run(
+    pytester: pytest.Pytester, inner: Inner
+) -> None:
+    pytester.makepyfile(test_x="def test_x(): pass")
+    pytester.makeini("[pytest]\nslewctl_designs = desings\n")
+    result = inner()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*slewctl_designs: *desings: no such file or folder*"])
+    inner("test_x.py").assert_outcomes(passed=1)
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
+def test_a_design_in_another_encoding_fails_and_does_not_go_unseen(
+    pytester: pytest.Pytester, inner: Inner, encoding: str
+) -> None:
+    folder = pytester.mkdir("designs")
+    folder.joinpath("arm.toml").write_bytes(f'title = "Träger"\n{FAST}'.encode(encoding))
+    folder.joinpath("other.toml").write_bytes('title = "Träger"\n'.encode(encoding))
+    result = inner("--slewctl", "designs")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*arm.toml*UTF-8*"])
 
 
 def test_a_pytest_that_does_not_say_what_it_looks_at_is_understood(

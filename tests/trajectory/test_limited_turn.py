@@ -87,3 +87,43 @@ def test_impossible_turns_are_refused(change: dict[str, object], told: str) -> N
 
     with pytest.raises(sc.InputError, match=told):
         turn(**asked)
+
+
+@pytest.mark.parametrize("time", [1e-9, 1e-3, 1.0, 1e4, 1e9])
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e7])
+def test_units_change_nothing(time: float, size: float) -> None:
+    """Seconds, and kilogrammes with newtons, by any factor: the same turn."""
+    drives = [
+        sc.Drive(torque=size / time**2),
+        sc.Drive(torque=size / time**2, torque_rate=2 * size / time**3),
+        sc.Drive(voltage=2.0, torque_per_volt=0.5 * size / time**2, volts_per_rate=1.0 * time),
+    ]
+    modes, T = [sc.Mode(2**0.5 / time)], 0.05 * time
+    found = [sc.limited_turn(1.0, each, 2.0 * size, modes, T).duration / time for each in drives]
+    assert found == pytest.approx([4.25, 4.8, 4.25], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"drive": None}, "drive: "),
+        ({"drive": "strong"}, "drive: "),
+        ({"modes": [12.0]}, "modes: "),
+        ({"modes": sc.Mode(12.0)}, "modes: "),
+        ({"modes": None}, "modes: "),
+        ({"order": 1.0}, "order: 1.0 is no order"),
+        ({"order": True}, "order: True is no order"),
+    ],
+    ids=str,
+)
+def test_what_is_no_turn_is_refused_in_one_line(wrong: dict[str, object], words: str) -> None:
+    asked = {"drive": sc.Drive(torque=1.0), "modes": MODES, "order": 1} | wrong
+    with pytest.raises(sc.InputError, match=words):
+        sc.limited_turn(1.0, inertia=2.0, sample_time=0.05, **asked)  # type: ignore[arg-type]
+
+
+def test_a_motor_without_a_limit_of_its_voltage_means_nothing() -> None:
+    with pytest.raises(sc.InputError, match=r"drive\.torque_per_volt: is a motor's"):
+        sc.Drive(torque=1.0, torque_per_volt=0.5)
+    with pytest.raises(sc.InputError, match=r"drive\.torque_per_volt: -1 is negative"):
+        sc.Drive(torque=1.0, torque_per_volt=-1.0)

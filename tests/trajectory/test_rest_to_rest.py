@@ -122,3 +122,25 @@ def test_too_many_periods_are_refused() -> None:
         rest_to_rest(1.0, 1.0, 1.0, [Mode(3.0), Mode(1e5)])
     with pytest.raises(InputError, match="RigidTimeOptimal"):
         rest_to_rest(1.0, 1.0, 1.0, [])
+
+
+@pytest.mark.parametrize("time", [1e-9, 1e-4, 1e4, 1e6, 1e12])
+def test_the_unit_of_time_changes_nothing(time: float) -> None:
+    plain = rest_to_rest(1.0, 1.0, 2.0, [Mode(2**0.5)])
+    found = rest_to_rest(1.0, 1 / time**2, 2.0, [Mode(2**0.5 / time)])
+    assert found.duration == pytest.approx(time * plain.duration, rel=1e-12)
+    np.testing.assert_allclose(found.switches, time * np.array(plain.switches), rtol=1e-9)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-5, 1e-3, 1.0, 1e3, 1e5])
+def test_turns_of_any_size_beside_a_period_end_at_rest(size: float) -> None:
+    """A turn within a thousandth of a period, or over a hundred of them."""
+    mode = Mode(1.0, 0.01)
+    found = rest_to_rest(size, 1.0, 1.0, [mode])
+    ends = np.array([0.0, *found.switches, found.duration])
+    signs = (-1.0) ** np.arange(len(ends) - 1)
+    assert signs @ np.diff(ends) == pytest.approx(0, abs=1e-9 * found.duration)
+    assert signs @ np.diff(ends**2) / 2 == pytest.approx(-size, rel=1e-6)
+    pole = 0.01 + 1j * mode.damped
+    left = signs @ np.diff(np.exp(pole * (ends - found.duration)))
+    assert abs(left) < 1e-8

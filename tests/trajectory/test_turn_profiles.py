@@ -75,6 +75,21 @@ def test_bang_bang_obeys_the_rigid_arm(friction: float, angle: float) -> None:
     assert last[0] == pytest.approx(0.0, abs=1e-9 * angle)
 
 
+@pytest.mark.parametrize(
+    "limits", [(6.28, 7.3e-5, 0.1, 10.0), (6.28, 1e-3, 10.0, 1e4), (-1.57, 0.5, 100.0, 1e5)]
+)
+def test_a_long_cruise_is_at_the_full_rate_and_no_more(limits: tuple[float, ...]) -> None:
+    """Ramps of milliseconds in a turn of a day: no sum of large powers is left in it."""
+    turn = SCurve(*limits)
+    t = np.unique(np.concatenate([np.linspace(0, turn.duration, 5001), turn.kinks]))
+    angle, rate, _ = turn.at(t)
+    assert np.abs(rate).max() == pytest.approx(limits[1], rel=1e-12)
+    np.testing.assert_array_less(0, np.diff(np.abs(angle)))
+    middle = np.abs(t - turn.duration / 2) < turn.duration / 4
+    line = limits[0] / 2 + np.sign(limits[0]) * limits[1] * (t[middle] - turn.duration / 2)
+    np.testing.assert_allclose(angle[middle], line, rtol=1e-12)
+
+
 def test_without_a_jerk_limit_and_a_rate_limit_the_s_curve_is_the_bang_bang() -> None:
     ends = [SCurve(1.2, 1e3, 0.5 / 0.3).duration, RigidTimeOptimal(1.2, 0.5, 0.3).duration]
     assert ends[0] == pytest.approx(ends[1], rel=1e-13)

@@ -301,8 +301,8 @@ class _Task:
         advice = []
         for name in self.bounds:
             others = {key: value for key, value in self.bounds.items() if key != name}
-            if name != self.actuator and self.actuator not in others:
-                continue
+            if self.actuator not in others and (name != self.actuator or not others):
+                continue  # alone, the actuator's has no least value: it falls towards zero
             task = _Task(self.both, self.signals, others, name)
             found = solve_regulator(task.problem(), self.both.regulator.optimal)
             if found.K is not None:
@@ -316,6 +316,8 @@ class _Task:
             remedy=(
                 f"possible with the others kept: {', or '.join(advice)}"
                 if advice
+                else "raise it"
+                if len(self.bounds) == 1
                 else "raise more than one of them"
             ),
         )

@@ -69,4 +69,9 @@ def fitted(controller: Controller, sensors: Sequence[str], actuator: str) -> Con
     before = controller.continuous
     if before is not None:
         before = fitted(before, sensors, actuator)
-    return replace(controller, system=wide, continuous=before)
+    words = controller.arithmetic
+    if words is not None and words.kind == "fixed":
+        # Of what it does not read whole numbers are enough.
+        bits = dict(zip(controller.sensors, words.readings, strict=True))
+        words = replace(words, readings=tuple(bits.get(name, 0) for name in sensors))
+    return replace(controller, system=wide, continuous=before, arithmetic=words)
