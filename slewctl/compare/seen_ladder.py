@@ -74,7 +74,7 @@ def climb_at_once(
     case : Case
     origin : Origin
     judgement : Judgement
-        Of the last step, which is told as it is known.
+        Of the last step.
 
     Returns
     -------
@@ -94,16 +94,16 @@ def climb_at_once(
     True
     """
     controller = judgement.controller
-    seen = [
-        SeenRung(_closed(step, controller, case), None, below)
-        for below, step in zip((None, *steps), steps[:-1], strict=False)
-    ]
+    judged = (*(_closed(step, controller, case) for step in steps[:-1]), judgement)
+    seen = (
+        SeenRung(each, None, below) for each, below in zip(judged, (None, *steps), strict=False)
+    )
     return Ladder(
         name=case.name,
         origin=origin,
         method=case.method,
         controller=controller,
-        rungs=(*seen, Rung(judgement, None)),
+        rungs=tuple(seen),
         truth_tolerance=judgement.yardstick.model.tolerance,
     )
 

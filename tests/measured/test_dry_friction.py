@@ -33,14 +33,14 @@ def log_of(seed: int, samples: int = 2000) -> sc.Log:
 def test_intervals_hold_what_is_true_in_spite_of_dry_friction() -> None:
     """Those of least squares alone hold half of it: wrong signs are no noise that they know."""
     off, inside = [], 0
-    for seed in range(4):
+    for seed in range(2):
         found = sc.fit(GUESSED, log_of(seed), list(TRUE))
         for name, value in TRUE.items():
             low, high = found.interval(name)
             inside += low <= value <= high
             off.append((found[name].value - value) / found[name].standard_deviation)
         assert any("widened by what wrong signs do" in remark for remark in found.remarks)
-    assert inside >= 18
+    assert inside >= 9
     assert 0.5 < np.sqrt(np.mean(np.square(off))) < 1.5
 
 
