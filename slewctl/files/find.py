@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -73,7 +74,7 @@ def designs_below(folder: Path, known: Iterable[Path]) -> tuple[Path, ...]:
     Returns
     -------
     tuple of Path
-        Of what can be read as TOML with a controller.
+        Of what can be read as TOML with a controller, but for hidden folders.
 
     Examples
     --------
@@ -81,16 +82,23 @@ def designs_below(folder: Path, known: Iterable[Path]) -> tuple[Path, ...]:
     >>> designs_below(example_design().parent, [])
     ()
     """
-    seen = {path.resolve() for path in known}
-    nested = (path for path in sorted(folder.rglob("*.toml")) if path.parent != folder)
-    return tuple(path for path in nested if path.resolve() not in seen and _has_controller(path))
+    seen, found = {path.resolve() for path in known}, []
+    for root, folders, files in os.walk(folder):
+        # What is hidden is a program's own, as .git and .venv are: large, and no designs.
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        nested = [Path(root, name) for name in sorted(files) if name.endswith(".toml")]
+        found += nested if Path(root) != folder else []
+    return tuple(
+        path for path in found if path.resolve() not in seen and "controller" in _content(path)
+    )
 
 
-def _has_controller(path: Path) -> bool:
+def _content(path: Path) -> Mapping[str, object]:
+    """Return what a TOML file holds; nothing of one that cannot be read."""
     try:
-        return "controller" in read_source(path).content
+        return read_source(path).content
     except SlewctlError:
-        return False
+        return {}
 
 
 def is_study(path: Path) -> bool:
@@ -111,10 +119,7 @@ def is_study(path: Path) -> bool:
     >>> is_study(path)
     False
     """
-    try:
-        return holds_study(read_source(path).content)
-    except SlewctlError:
-        return False
+    return holds_study(_content(path))
 
 
 def holds_study(content: Mapping[str, object]) -> bool:

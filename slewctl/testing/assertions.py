@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from slewctl.check.measured import READ, judge_measured
-from slewctl.check.requirements import Verdict
 from slewctl.check.words import number_text
 from slewctl.compare import QUANTITIES, Quantity
 from slewctl.design import Controller
@@ -116,20 +115,16 @@ def _measured_shortfalls(margins: MeasuredMargins, asked: dict[str, float]) -> l
             where=untold[0],
             remedy=f"ask for {', '.join(name for name in READ if 'margin' in name)}",
         )
-    return [
-        verdict.note
-        if verdict.requirement == "stable"
-        else f"{_short_of(verdict)} ({verdict.note})"
-        for verdict in judge_measured(margins, asked)
-        # Of a loop that is not stable there is nothing else to tell.
-        if not verdict.passed and (margins.stable or verdict.requirement == "stable")
-    ]
-
-
-def _short_of(verdict: Verdict) -> str:
-    quantity = QUANTITIES[verdict.requirement]
-    value = math.nan if verdict.value is None else verdict.value
-    return _short(quantity, Crossing(value, verdict.frequency_hz), verdict.limit)
+    stable, *others = judge_measured(margins, asked)
+    if not stable.passed:  # then there is nothing else to tell
+        return [stable.note]
+    lines = []
+    for (name, limit), verdict in zip(asked.items(), others, strict=True):
+        if not verdict.passed:
+            at = READ[name](margins)
+            short = _short(QUANTITIES[name], Crossing(at.value, at.frequency_hz), limit)
+            lines.append(f"{short} ({verdict.note})")
+    return lines
 
 
 def _short(quantity: Quantity, crossing: Crossing, limit: float) -> str:
