@@ -16,8 +16,11 @@ pytest_plugins = ["pytester"]
 
 # How long an example takes is a matter of the machine and of what else it does. A run of CI
 # tells what an edit did, so that its examples are the same each time; a run by hand draws new
-# ones, and what it finds becomes an @example.
-settings.register_profile("any machine", deadline=None, derandomize="CI" in os.environ)
+# ones, and what it finds becomes an @example. --hypothesis-profile=thorough draws many.
+settings.register_profile(
+    "any machine", deadline=None, derandomize="CI" in os.environ, max_examples=50
+)
+settings.register_profile("thorough", deadline=None, max_examples=1000)
 settings.load_profile("any machine")
 
 

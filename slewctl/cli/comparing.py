@@ -240,7 +240,9 @@ def print_ladder(design: Path, basis: str | None, n: int | None) -> None:
 def _rung_cells(rung: Rung, names: Collection[str]) -> Iterable[str]:
     """Return margins and loss of a rung, or the frequency that grows."""
     if not rung.stable:
-        return (f"unstable at {rung.judgement.unstable_hz[0]:.4g} Hz", *[""] * (len(names) - 1))
+        hertz = rung.judgement.unstable_hz[0]
+        what = "not proved, pole" if rung.judgement.loop.undecided else "unstable"
+        return (f"{what} at {hertz:.4g} Hz", *[""] * (len(names) - 1))
     values = {name: rung.value(name) for name in names}
     return ("-" if value is None else _rounded(name, value) for name, value in values.items())
 

@@ -25,7 +25,7 @@ def export_design(design: Path, form: str, out: Path) -> int:
         judgement = Judge(case).evaluate(*case.origin).judgement
         if not judgement.stable:
             raise UnstableLoopError(
-                f"the loop is unstable at {judgement.unstable_hz[0]:.4g} Hz: not to be run",
+                f"the loop is {judgement.loop.fault}: not to be run",
                 where="controller",
                 remedy=f"see what to change by slewctl explain {design}",
             )

@@ -26,7 +26,9 @@ def options_named(options: Mapping[str, str]) -> Iterator[None]:
     except SlewctlError as error:
         for place, option in options.items():
             if error.where == place or (place and error.where.startswith(f"{place}.")):
-                raise error.at(option) from error
+                # Of several properties which one; of numbered values the message says which.
+                within = error.where[len(place) + 1 :].rstrip("0123456789")
+                raise error.at(f"{option} {within}".rstrip()) from error
         raise
 
 

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from slewctl.cli.options import options_named
 from slewctl.cli.terminal import OUT, PATIENCE, number_table, progress, show
-from slewctl.compare import QUANTITIES, WorstCase, worst_case
+from slewctl.compare import QUANTITIES, VariedArm, WorstCase, worst_case
 from slewctl.compare.arm_box import box_bounds
 from slewctl.compare.quantities import UNWEIGHTED, WEIGHTED
 from slewctl.errors import InputError, check_choice, shown
@@ -77,6 +77,12 @@ def _search(file: DesignFile, asked: Asked) -> Uncertainty:
     check_choice(said["quantity"], QUANTITIES, "quantity")
     if QUANTITIES[said["quantity"]].kind in WEIGHTED and not file.case.objective.weighted:
         raise InputError(UNWEIGHTED, where="quantity", remedy="ask for a margin")
+    if QUANTITIES[said["quantity"]].kind == "slew" and "slew" not in file.source.content:
+        raise InputError(
+            "the file has no [slew] of which it could be read",
+            where="quantity",
+            remedy="add one with angle_deg and duration_s, or ask for a margin",
+        )
     for name, count in (("seed", "samples"), ("evaluations", "searches")):
         if said[name] is not None and not said[count]:
             raise InputError("means nothing where none are made", where=name, remedy="leave it out")
@@ -130,10 +136,15 @@ def _table(found: WorstCase) -> Table:
     return table
 
 
+def _measured(trial: VariedArm) -> dict[str, Any]:
+    value = trial.value if trial.stable else None
+    return {"stable": trial.stable, "value": value, "growth_per_s": trial.growth_per_s}
+
+
 def _record(found: WorstCase) -> dict[str, Any]:
-    worst = {"properties": dict(found.properties), "stable": found.stable, "value": found.value,
+    worst = {"properties": dict(found.properties), **_measured(found.worst),
              "frequency_hz": found.frequency_hz, "at_corner": found.at_corner,
              "confirmed": found.confirmed}  # fmt: skip
-    nominal = {"stable": found.nominal.stable, "value": found.nominal.value}
+    nominal = _measured(found.nominal)
     return {"quantity": found.quantity, "worst": worst, "nominal": nominal,
             "modes": found.modes, "trials": found.rows()}  # fmt: skip

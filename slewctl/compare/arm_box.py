@@ -50,9 +50,7 @@ def box_bounds(box: Mapping[str, Sequence[float]], arm: Arm) -> tuple[Array, Arr
             try:
                 vary(arm, **{name: float(end)})
             except InputError as error:
-                raise InputError(
-                    f"{name}: {error.what}", where=f"box.{name}", remedy=error.remedy
-                ) from error
+                raise error.at(f"box.{name}") from error
     for side in (0, 1):
         try:
             vary(arm, **{name: float(interval[side]) for name, interval in box.items()})

@@ -381,7 +381,7 @@ def loop_curves(evaluation: Evaluation) -> LoopCurves:
         drawn.frequency_hz,
         drawn.gain_db,
         drawn.phase_deg,
-        evaluation.judgement.response if evaluation.stable else None,
+        evaluation.judgement.moved,
     )
 
 

@@ -61,8 +61,7 @@ class Judged(Tabular, Judgement):
     def __str__(self) -> str:
         stability = self.followed("stable")
         if not self.stable:
-            hertz = self.unstable_hz[0]
-            lost = f"UNSTABLE at {hertz:.4g} Hz on {self.modes} modes: no margin, cost or slew"
+            lost = f"{self.loop.loud_fault} on {self.modes} modes: no margin, cost or slew"
             loss = sampling_loss(self)
             return "\n".join([self.caption, lost, *([str(loss)] if loss else [])])
         modes = ", ".join(str(seen.modes) for seen in stability.seen)

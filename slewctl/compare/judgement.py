@@ -18,9 +18,11 @@ from slewctl._types import Array, ComplexArray
 from slewctl.compare.case import MOST_TRUTH_MODES
 from slewctl.design import Controller, lqg
 from slewctl.design.riccati.lqg import LeastCost, least_cost
+from slewctl.errors import AccuracyError
 from slewctl.loop import Loop, Margins, Slew, close
 from slewctl.loop.noise import NoiseLevels, noise_levels
 from slewctl.model import Truth, truth
+from slewctl.model.large_deflection import LargeDeflectionError
 from slewctl.plant import GeneralisedPlant, Objective, generalised_plant
 
 if TYPE_CHECKING:
@@ -225,6 +227,14 @@ class Judgement:
         if not self.slew.exact:
             return loops.simulate(self.loop, self.slew)
         return loops.simulate_slew(self.loop, self.slew, _SLEW_POINTS)
+
+    @cached_property
+    def moved(self) -> SlewResponse | None:
+        """The slew; None of an unstable loop, and where nothing is known of its extremes."""
+        try:
+            return self.response if self.stable else None
+        except (AccuracyError, LargeDeflectionError):
+            return None
 
     @cached_property
     def saturation(self) -> str:

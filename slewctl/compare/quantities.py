@@ -195,11 +195,16 @@ def _bandwidth(judgement: Judgement) -> Reading:
 
 def _damping(judgement: Judgement) -> Reading:
     poles = judgement.poles
-    return Reading(*judgement.smallest(-poles.real / np.abs(poles)))
+    return _not_negative(*judgement.smallest(-poles.real / np.abs(poles)))
 
 
 def _decay(judgement: Judgement) -> Reading:
-    return Reading(*judgement.smallest(-judgement.poles.real))
+    return _not_negative(*judgement.smallest(-judgement.poles.real))
+
+
+def _not_negative(value: float, hertz: float) -> Reading:
+    """Return what the poles of a stable loop have; a negative one is rounding."""
+    return Reading(max(value, 0.0), hertz)
 
 
 def _cost(judgement: Judgement) -> Reading:

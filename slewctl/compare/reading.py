@@ -46,7 +46,7 @@ def _reading(judgement: Judgement, quantity: Quantity) -> Reading:
     if not judgement.stable:
         hertz = judgement.unstable_hz[0]
         value = 0.0 if quantity.kind == "stability" else math.nan
-        return Reading(value, hertz, note=f"unstable at {hertz:.4g} Hz")
+        return Reading(value, hertz, note=judgement.loop.fault)
     if quantity.kind in WEIGHTED and not judgement.loop.objective.weighted:
         return Reading(math.nan, note=UNWEIGHTED)
     if quantity.kind == "slew":
@@ -59,9 +59,7 @@ def _reading(judgement: Judgement, quantity: Quantity) -> Reading:
     try:
         reading = quantity.read(judgement)
     except AccuracyError as error:
-        if quantity.kind != "margin":
-            raise
-        return Reading(math.nan, note=str(error))  # nothing is proved, and so nothing holds
+        return Reading(math.nan, note=str(error))  # nothing is known, and so nothing holds
     if math.isnan(reading.value) and not reading.note:
         return reading._replace(note=quantity.needs)
     if math.isinf(reading.value) and not reading.note:
@@ -100,7 +98,7 @@ def describe(judgement: Judgement) -> str:
     'stable                           yes'
     """
     if not judgement.stable:
-        return f"UNSTABLE at {judgement.unstable_hz[0]:.4g} Hz: an unstable loop has nothing else"
+        return f"{judgement.loop.loud_fault}: an unstable loop has nothing else"
     lines = []
     for name, quantity in QUANTITIES.items():
         reading = read(judgement, name)

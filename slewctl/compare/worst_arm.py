@@ -66,6 +66,11 @@ class VariedArm:
         return self.reading.value
 
     @property
+    def growth_per_s(self) -> float | None:
+        """How fast the unstable loop grows in 1/s; None where it is stable."""
+        return None if self.stable else -self.value
+
+    @property
     def frequency_hz(self) -> float | None:
         """Where the value is reached, or where the loop is unstable."""
         return self.reading.frequency_hz
@@ -131,16 +136,20 @@ class WorstCase(Tabular):
         return self.worst.confirmed
 
     def rows(self) -> list[dict[str, object]]:
-        """Return one row for each arm tried."""
+        """Return one row for each arm tried; an unstable loop has no value, but a growth rate."""
         return [
-            {**trial.properties, "stable": trial.stable, self.quantity: trial.value,
+            {**trial.properties, "stable": trial.stable,
+             self.quantity: trial.value if trial.stable else None,
+             "growth_per_s": trial.growth_per_s,
              "frequency_hz": trial.frequency_hz, "how": trial.how}
             for trial in self.trials
         ]  # fmt: skip
 
     def _repr_html_(self) -> str:
         varied = ", ".join(f"{name} = {value:.4g}" for name, value in self.properties.items())
-        worst = [{"arm": varied, "stable": self.stable, self.quantity: self.value,
+        worst = [{"arm": varied, "stable": self.stable,
+                  self.quantity: self.value if self.stable else None,
+                  "growth_per_s": self.worst.growth_per_s,
                   "at a corner": self.at_corner}]  # fmt: skip
         return table_html(worst, f"the worst of {self.tried} arms")
 
@@ -157,11 +166,11 @@ class WorstCase(Tabular):
     def __str__(self) -> str:
         where = ", ".join(f"{name} = {value:.6g}" for name, value in self.properties.items())
         place = f" at {self.frequency_hz:.4g} Hz" if self.frequency_hz is not None else ""
-        what = (
-            f"{self.quantity} {self.value:.4g}{place}"
-            if self.stable
-            else f"UNSTABLE{place}, growing at {-self.value:.3g} 1/s"
-        )
+        what = f"{self.quantity} {self.value:.4g}{place}"
+        if math.isnan(self.value):
+            what = f"{self.quantity} has no value: {self.worst.reading.note}"
+        elif not self.stable:
+            what = f"UNSTABLE{place}, growing at {-self.value:.3g} 1/s"
         corner = "at a corner" if self.at_corner else "inside the box or on a face"
         return f"worst of {self.tried} arms: {what} ({corner}: {where})"
 

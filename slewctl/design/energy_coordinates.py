@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from slewctl._types import Array
-from slewctl.design.energy_modes import Modes, modes_of
+from slewctl.design.energy_modes import Modes, Signals, modes_of
 from slewctl.errors import AccuracyError, DesignError
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.matrix_equations import full_column_rank
@@ -178,9 +178,8 @@ def scaled(plant: GeneralisedPlant) -> ScaledPlant:
     sensor_unit = _unit(plant.D21.T, "a measurement has no noise of its own", "noise",
                         "give every sensor a noise density > 0")  # fmt: skip
     B2 = plant.B2 @ np.linalg.inv(control_root).T
-    C2 = np.linalg.solve(sensor_unit, plant.C2)
-    B, C = np.hstack([plant.B1, B2]), np.vstack([plant.C1, C2])
-    modes = modes_of(plant.A, B, C)
+    C2 = np.asarray(np.linalg.solve(sensor_unit, plant.C2), dtype=float)
+    modes = modes_of(plant.A, Signals(plant.B1, B2, plant.C1, C2))
     if not modes.residual <= _RESIDUAL:
         raise AccuracyError(
             f"the plant's modes cannot be told apart in these coordinates (its state matrix "

@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from slewctl._types import Array, BoolArray, ComplexArray
 from slewctl.errors import AccuracyError
-from slewctl.numerics.balance import balance
+from slewctl.numerics.balance import balance, balance_realisation
 from slewctl.numerics.modes import conjugate_pairs, invariant_basis, linked, near
 
 Indices = NDArray[np.intp]
@@ -55,24 +55,65 @@ class Modes:
     residual: float
 
 
-def modes_of(A: Array, B: Array, C: Array) -> Modes:
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """What acts on a plant and what is seen of it, each in its own unit.
+
+    Attributes
+    ----------
+    noise, control : ndarray, shape (n, ·)
+        White noise of unit density, and other inputs.
+    shown, noisy : ndarray, shape (·, n)
+        Outputs, and those that are measured in units of their own noise's density.
+    """
+
+    noise: Array
+    control: Array
+    shown: Array
+    noisy: Array
+
+    def counted(self, rate: float) -> tuple[Array, Array]:
+        """Return inputs and outputs with time counted in units of 1/rate.
+
+        A density is per √time: beside what is none it would depend on the unit of time.
+        """
+        root = np.sqrt(rate)
+        return np.hstack([root * self.noise, self.control]), np.vstack(
+            [self.shown, self.noisy / root]
+        )
+
+    def scaled_by(self, scale: Array) -> Signals:
+        """Return the same for states of another scale."""
+        return Signals(
+            self.noise / scale[:, None],
+            self.control / scale[:, None],
+            self.shown * scale,
+            self.noisy * scale,
+        )
+
+    def free_rate(self, A: Array) -> float:
+        """Return a rate for a rigid body alone: that of the loop which its weights ask for."""
+        return float(np.sqrt(np.linalg.norm(self.shown @ A @ self.control, 2))) or 1.0
+
+
+def modes_of(A: Array, signals: Signals) -> Modes:
     """Return the modes of a system.
 
     Parameters
     ----------
-    A, B, C : ndarray, shapes (n, n), (n, m), (p, n)
-        With inputs and outputs in their own units.
+    A : ndarray, shape (n, n)
+    signals : Signals
     """
     half = len(A) // 2
     second_order = len(A) % 2 == 0 and np.array_equal(A[:half], np.eye(half, 2 * half, half))
     if second_order:
-        found = _from_second_order(A, B, C)
+        found = _from_second_order(A, signals)
         if found is not None:
             return found
-    return _from_subspaces(A, B, C)
+    return _from_subspaces(A, signals)
 
 
-def _from_second_order(A: Array, B: Array, C: Array) -> Modes | None:
+def _from_second_order(A: Array, signals: Signals) -> Modes | None:
     """Return the modes of ẍ = −Sx − Dẋ, or None where S is no stiffness."""
     half = len(A) // 2
     S = -A[half:, :half]
@@ -88,7 +129,8 @@ def _from_second_order(A: Array, B: Array, C: Array) -> Modes | None:
     if not np.all(squared[~rigid] > 0):
         return None
     flexible = np.sqrt(squared[~rigid])
-    rate = float(flexible.min()) if len(flexible) else _free_rate(A, B, C)
+    rate = float(flexible.min()) if len(flexible) else signals.free_rate(A)
+    B, C = signals.counted(rate)
     omega = np.where(rigid, rate, np.sqrt(np.abs(squared)))
     stiffness = np.diag(np.where(rigid, 0.0, squared))
     exact = np.array_equal(U, np.eye(half))
@@ -150,19 +192,16 @@ def _lengths(omega: Array, reached: Array, displacement: Array, rate: Array) -> 
     return np.array([_length(f, s) for f, s in zip(force, shown, strict=True)])
 
 
-def _free_rate(A: Array, B: Array, C: Array) -> float:
-    """Return a rate for a rigid body alone: that of the loop which its weights ask for."""
-    return float(np.sqrt(np.linalg.norm(C @ A @ B, 2))) or 1.0
-
-
-def _from_subspaces(A: Array, B: Array, C: Array) -> Modes:
+def _from_subspaces(A: Array, signals: Signals) -> Modes:
     """Return the modes of a system in any coordinates from its invariant subspaces."""
-    scale = balance(A)
-    balanced, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
+    # What A couples one way only, as an angle with its rate, is scaled by what acts and is seen.
+    scale = balance_realisation(A, *signals.counted(1.0))
+    balanced, signals = A / scale[:, None] * scale, signals.scaled_by(scale)
     values, vectors = np.linalg.eig(balanced)
     groups = _groups(values)
     flexible = [_frequency(values[group]) for group, rigid in groups if not rigid]
-    rate = min(flexible) if flexible else _free_rate(balanced, B, C)
+    rate = min(flexible) if flexible else signals.free_rate(balanced)
+    B, C = signals.counted(rate)
     if rate <= 1e-9 * np.abs(values).max(initial=0.0):
         raise AccuracyError(
             "the plant has more than one motion without stiffness, beside its fastest pole at "

@@ -14,6 +14,7 @@ from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.files import DesignFile
 from slewctl.gate.changes import Change, slower, small_changes
 from slewctl.gate.run import verdicts
+from slewctl.loop import Margins
 from slewctl.loop.robust.destabilised_mode import destabilised_mode
 
 # What is held to where a design file requires stability alone.
@@ -200,26 +201,41 @@ def _limits(design: DesignFile, where: str, judged: Judgement) -> Iterator[str]:
         f"On {where} the Nyquist curve comes nearest to -1 {at}{who} where the sensitivity peaks "
         f"at {1 / near.value:.3g}."
     )
-    late = margins.delay_s.value
-    if math.isfinite(late):
-        clock = judged.controller.sample_time
-        samples = f", {late / clock:.2g} samples" if clock else ""
-        yield f"There the loop stands {1e3 * late:.3g} ms of delay beyond its own{samples}."
+    yield from _delay(judged, margins)
     loss = sampling_loss(judged)
     if loss is not None:
         yield f"The clock leaves {loss}."
     if design.case.objective.weighted:
-        lost = read(judged, "h2_loss").value
-        yield (
-            f"Its H2 cost is {100 * lost:.3g} % above that of the best controller for that arm, "
-            "these sensors and weights: no other controller gains more than that."
-        )
-    if judged.saturation:
+        yield _cost(judged)
+    if "slew" in design.source.content and judged.moved and judged.saturation:
         yield f"Not all of it can be done: {judged.saturation}."
+
+
+def _delay(judged: Judgement, margins: Margins) -> Iterator[str]:
+    late, clock = margins.delay_s, judged.controller.sample_time
+    if math.isfinite(late.value):
+        samples = f", {late.value / clock:.2g} samples" if clock else ""
+        mode = f", {late.mode}" if late.mode else ""
+        at = (
+            "" if late.frequency_hz is None else f", lost first at {late.frequency_hz:.4g} Hz{mode}"
+        )
+        yield f"It stands {1e3 * late.value:.3g} ms of delay beyond its own{samples}{at}."
+
+
+def _cost(judged: Judgement) -> str:
+    dearer = read(judged, "h2_loss")
+    if math.isnan(dearer.value):
+        return f"Of its H2 cost nothing is known: {dearer.note}."
+    return (
+        f"Its H2 cost is {100 * dearer.value:.3g} % above that of the best controller for that "
+        "arm, these sensors and weights: no other controller gains more than that."
+    )
 
 
 def _unstable(judged: Judgement, where: str, known: int) -> str:
     hertz = ", ".join(f"{f:.4g}" for f in judged.unstable_hz)
+    if judged.loop.undecided:
+        return f"On {where} the loop is {judged.loop.fault}."
     said = f"On {where} the loop is unstable, at {hertz} Hz"
     if judged.controller.sample_time:
         return f"{said}."
@@ -251,5 +267,5 @@ def _left(trial: Trial) -> str:
         return f"no design: {trial.refusal}"
     what, verdict = title(trial.tightest), trial.tightest.verdict
     if verdict.requirement == "stable":
-        return f"{what} kept alone" if verdict.passed else "an unstable loop"
+        return f"{what} kept alone" if verdict.passed else "no stable loop"
     return f"{what} at {value_text(verdict)}"

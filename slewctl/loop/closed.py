@@ -17,6 +17,7 @@ from slewctl.loop.single.classical_margins import classical_margins
 from slewctl.loop.single.factored_loop import FactoredLoop, factored
 from slewctl.loop.single.margin_results import Margins
 from slewctl.loop.single.mode_names import Modes, modes_of_pair
+from slewctl.loop.single.proved_stability import proved_stability
 from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.loop.single.stability import UnstableLoopError
 from slewctl.loop.tracking import tracking_controller, tracking_loop
@@ -86,10 +87,32 @@ class Loop:
         values = np.linalg.eigvals(np.asarray(self.linear.A))
         return values[np.argsort(np.abs(values))].astype(complex)
 
-    @cached_property
+    @property
     def stable(self) -> bool:
-        """Whether every closed-loop pole lies left of the axis by more than rounding."""
-        return self.stable_by_poles
+        """Whether every closed-loop pole is stable: by more than rounding, or as is proved."""
+        return self.stable_by_poles or self._proved is True
+
+    @property
+    def undecided(self) -> str:
+        """Why nobody knows whether the loop is stable; empty where it is known."""
+        if self.stable_by_poles or not self._near_limit or self._proved is not None:
+            return ""
+        return f"a pole at {self.unstable_hz[0]:.4g} Hz is nearer to the limit than rounding"
+
+    @property
+    def fault(self) -> str:
+        """What keeps the loop from being called stable; empty where it is."""
+        if self.stable:
+            return ""
+        if self.undecided:
+            return f"not proved to be stable: {self.undecided}"
+        return f"unstable at {self.unstable_hz[0]:.4g} Hz"
+
+    @property
+    def loud_fault(self) -> str:
+        """The same for a line of its own, its first words in capitals."""
+        words = "not proved" if self.undecided else "unstable"
+        return self.fault.replace(words, words.upper(), 1)
 
     @cached_property
     def stable_by_poles(self) -> bool:
@@ -97,8 +120,18 @@ class Loop:
         return bool(self.poles.real.max() < -stability_threshold(np.asarray(self.linear.A)))
 
     @property
+    def _near_limit(self) -> bool:
+        """Whether no computed pole is unstable by more than rounding."""
+        return bool(self.poles.real.max() <= stability_threshold(np.asarray(self.linear.A)))
+
+    @cached_property
+    def _proved(self) -> bool | None:
+        """What the intervals of the axis prove where computed poles cannot tell."""
+        return proved_stability(self.factors) if self._near_limit else False
+
+    @property
     def unstable_hz(self) -> tuple[float, ...]:
-        """Frequencies of the poles that are not stable, fastest growing first."""
+        """Frequencies of the poles that may not be stable, fastest growing first."""
         threshold = stability_threshold(np.asarray(self.linear.A))
         bad = self.poles[(self.poles.real >= -threshold) & (self.poles.imag >= 0)]
         bad = bad[np.argsort(-bad.real)]
@@ -243,7 +276,7 @@ class Loop:
     def describe(self) -> str:
         """Return one line: stable with its margins, or unstable and where."""
         if not self.stable:
-            return f"UNSTABLE at {self.unstable_hz[0]:.4g} Hz (an unstable loop has no margins)"
+            return f"{self.loud_fault} (an unstable loop has no margins)"
         m = self.margins
         doubt = "" if m.confirmed else " (margins NOT confirmed)"
         doubt += "" if self.controller.certificate.verified else " (design NOT verified)"
@@ -256,7 +289,7 @@ class Loop:
     def require_stable(self, what: str) -> None:
         """Raise `UnstableLoopError` if the loop has not got `what` because it is unstable."""
         if not self.stable:
-            said = f"the loop is unstable at {self.unstable_hz[0]:.4g} Hz and has not {what}"
-            if BrokenLoop(self.opened).stable_if_reversed:
+            said = f"the loop is {self.fault}, and has not {what}"
+            if not self.undecided and BrokenLoop(self.opened).stable_if_reversed:
                 said += "; with the opposite sign of the feedback it is stable"
             raise UnstableLoopError(said, where="loop", remedy="ask loop.stable first")

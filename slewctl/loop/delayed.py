@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from slewctl._types import Array, ComplexArray
-from slewctl.errors import AccuracyError
+from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.loop.closed import Loop
 from slewctl.loop.single.classical_margins import classical_margins
 from slewctl.loop.single.margin_results import Margins
@@ -59,26 +59,26 @@ class DelayedLoop(Loop):
         )
 
     @cached_property
-    def _certified(self) -> Margins | None:
-        """Margins, which are there if the loop is stable and not otherwise."""
+    def _certified(self) -> Margins | SlewctlError:
+        """Margins, which are there if the loop is stable, or why there are none."""
         try:
             return self.margins_at(0.0)
-        except UnstableLoopError:
-            return None
+        except (UnstableLoopError, AccuracyError) as error:
+            return error
 
     def margins_at(self, skew: float) -> Margins:
         return classical_margins(self.undelayed, skew=skew, modes=self.modes, factors=self.factors)
 
-    @cached_property
+    @property
     def stable(self) -> bool:
-        """Whether the loop with its exact dead time is stable.
+        """Whether the loop with its exact dead time is proved to be stable."""
+        return isinstance(self._certified, Margins)
 
-        Raises
-        ------
-        AccuracyError
-            If neither can be proved.
-        """
-        return self._certified is not None
+    @property
+    def undecided(self) -> str:
+        """Why nobody knows whether the loop is stable; empty where it is known."""
+        found = self._certified
+        return found.what if isinstance(found, AccuracyError) else ""
 
     @property
     def unstable_hz(self) -> tuple[float, ...]:
@@ -90,7 +90,8 @@ class DelayedLoop(Loop):
     @cached_property
     def margins(self) -> Margins:
         self.require_stable("margins")
-        return self._certified or self.margins_at(0.0)
+        found = self._certified
+        return found if isinstance(found, Margins) else self.margins_at(0.0)
 
     @cached_property
     def _undelayed_response(self) -> FrequencyResponse:

@@ -134,8 +134,12 @@ class SampledLoop(Loop):
         return self.closed.stable
 
     @property
+    def _near_limit(self) -> bool:
+        return bool(np.abs(self.closed.poles).max() <= 2 - self.closed.largest_stable)
+
+    @property
     def unstable_hz(self) -> tuple[float, ...]:
-        """Frequencies of the poles that are not stable, fastest growing first."""
+        """Frequencies of the poles that may not be stable, fastest growing first."""
         z, s = self.closed.poles, self.equivalents
         # A real z has no partner: a negative one oscillates at half the sampling frequency.
         bad = (np.abs(z) >= self.closed.largest_stable) & ((s.imag >= 0) | (z.imag == 0))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from slewctl.errors import check_choice
+from slewctl.design.result import COST_TOLERANCE
+from slewctl.errors import AccuracyError, check_choice
 from slewctl.loop.parts import Plant, state_space
 from slewctl.numerics.h2_norm import system_cost
 from slewctl.numerics.hinf_norm import peak_gain
@@ -34,7 +35,7 @@ def norm(system: Plant, p: float | str = 2) -> float:
     InputError
         For anything else.
     AccuracyError
-        If the level sets do not close in on the peak.
+        If the level sets do not close in on the peak, or two Gramians do not give one norm.
 
     Examples
     --------
@@ -49,4 +50,13 @@ def norm(system: Plant, p: float | str = 2) -> float:
     found = state_space(system, "norm")
     if found.nstates and not poles_and_growth(found.A, found.sample_time)[1] < 0:
         return math.inf
-    return peak_gain(found).value if kind == "inf" else math.sqrt(system_cost(found).value)
+    if kind == "inf":
+        return peak_gain(found).value
+    cost = system_cost(found)
+    if cost.discrepancy > COST_TOLERANCE:
+        raise AccuracyError(
+            f"the two Gramians give squares of the norm that differ by {cost.discrepancy:.0e}",
+            where="norm",
+            remedy="scale the states, inputs or outputs, whose units differ by many decades",
+        )
+    return math.sqrt(cost.value)

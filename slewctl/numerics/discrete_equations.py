@@ -8,7 +8,13 @@ from scipy.linalg import LinAlgError, solve_triangular
 from slewctl._types import Array
 from slewctl.errors import AccuracyError
 from slewctl.numerics.balance import balance
-from slewctl.numerics.matrix_equations import LEFT, NEAR, RiccatiSolution, norm_or_one
+from slewctl.numerics.matrix_equations import (
+    LEFT,
+    NEAR,
+    RiccatiSolution,
+    balance_priced,
+    norm_or_one,
+)
 
 # Squarings that a matrix of spectral radius 1 − 1e-12 needs to vanish.
 _MOST_DOUBLINGS = 46
@@ -35,10 +41,11 @@ def solve_discrete_lyapunov(A: Array, Q: Array) -> Array:
         with np.errstate(over="ignore", invalid="ignore"):
             step = power @ X @ power.T
             X, power = X + (step + step.T) / 2, power @ power
-            added, size = np.linalg.norm(step), np.linalg.norm(X)
-        if not np.isfinite([added, size]).all() or not np.isfinite(power).all():
+            added, size = np.abs(np.diag(step)), np.abs(np.diag(X))
+        if not (np.isfinite(step).all() and np.isfinite(X).all() and np.isfinite(power).all()):
             break
-        if added <= np.finfo(float).eps * size:
+        # Of each state: beside a loud one the sum of a quiet one may only have begun.
+        if np.all(added <= np.finfo(float).eps * size):
             return X
     raise AccuracyError(
         "the sampled loop is not stable to working precision",
@@ -84,13 +91,29 @@ def solve_discrete_riccati(
     AccuracyError
         If there is no stabilising solution to working precision.
     """
-    scale = balance(A)
+    root = np.asarray(np.linalg.cholesky(R), dtype=float)
+    priced = solve_triangular(root, B.T, lower=True).T  # B R^(−T/2)
+    cross = np.zeros_like(B) if S is None else solve_triangular(root, S.T, lower=True).T
+    try:
+        return _solve(A, priced, Q, cross, root, balance_priced(A, priced, Q), refine, near)
+    except AccuracyError:  # as of the continuous equation
+        return _solve(A, priced, Q, cross, root, balance(A), refine, near)
+
+
+def _solve(
+    A: Array,
+    B: Array,
+    Q: Array,
+    S: Array,
+    root: Array,
+    scale: Array,
+    refine: bool,
+    near: Array | None,
+) -> RiccatiSolution:
+    """Return the solution in states of another scale; B and S with R^(−T/2), R by its root."""
     outer = np.outer(scale, scale)
-    root = np.linalg.cholesky(R)
-    An, Qn = A / scale[:, None] * scale, Q * outer
-    Bn = solve_triangular(root, (B / scale[:, None]).T, lower=True).T
-    cross = np.zeros_like(B) if S is None else S * scale[:, None]
-    Sn = solve_triangular(root, cross.T, lower=True).T
+    An, Bn = A / scale[:, None] * scale, B / scale[:, None]
+    Qn, Sn = Q * outer, S * scale[:, None]
     found = None
     if near is not None and not refine:
         found = _from_gain(An, Bn, Qn, Sn, root.T @ (near * scale))

@@ -22,7 +22,7 @@ from scipy.linalg.lapack import dtrsyl
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError
-from slewctl.numerics.balance import balance
+from slewctl.numerics.balance import balance, balance_realisation
 from slewctl.numerics.ordered_schur import ordered_schur
 
 
@@ -36,7 +36,8 @@ class RiccatiSolution:
     gain : ndarray, shape (m, n)
         R⁻¹BᵀX.
     residual : float
-        Norm of the equation's left side over that of its largest term, balanced.
+        Norm of the equation's left side over that of its largest term, in states scaled to
+        cost alike.
     """
 
     X: Array
@@ -63,11 +64,34 @@ def solve_riccati(
     AccuracyError
         If there is no stabilising solution to working precision.
     """
-    scale = balance(A)
+    root = np.asarray(np.linalg.cholesky(R), dtype=float)
+    priced = solve_triangular(root, B.T, lower=True).T  # B R^(−T/2)
+    try:
+        return _solve(A, priced, Q, root, balance_priced(A, priced, Q), refine, near)
+    except AccuracyError:
+        # Prices that differ from A by many decades: what A alone says may be the better scale.
+        return _solve(A, priced, Q, root, balance(A), refine, near)
+
+
+def balance_priced(A: Array, B: Array, Q: Array) -> Array:
+    """Return state scales for which A, B and the roots of Q are of comparable size.
+
+    A alone says nothing of an angle's unit beside its rate's, or of a lag's beside what it
+    drives: couplings that go one way only.
+
+    Parameters
+    ----------
+    A, B, Q : ndarray, shapes (n, n), (n, m), (n, n)
+    """
+    return balance_realisation(A, B, np.diag(np.sqrt(np.maximum(np.diag(Q), 0.0))))
+
+
+def _solve(
+    A: Array, B: Array, Q: Array, root: Array, scale: Array, refine: bool, near: Array | None
+) -> RiccatiSolution:
+    """Return the solution in states of another scale; B with R^(−T/2), of which R is the root."""
     outer = np.outer(scale, scale)
-    As, Qs = A / scale[:, None] * scale, Q * outer
-    root = np.linalg.cholesky(R)
-    Bs = solve_triangular(root, (B / scale[:, None]).T, lower=True).T  # B R^(−T/2)
+    As, Bs, Qs = A / scale[:, None] * scale, B / scale[:, None], Q * outer
     # Time in units of 1/‖A‖ and X in units that make Q and BBᵀ equally large: the solver's
     # tests for symplecticity are absolute, and would refuse an arm measured in millimetres.
     largest = 2 if refine else None  # one that takes a tenth of the time does for a first look
@@ -137,8 +161,14 @@ def _refined(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
     The eigenvectors of a lightly damped plant leave a residual of up to 1e-7 behind, a
     Lyapunov equation with the closed loop removes it.  One step does where it moves the gain
     of no input by more than a part in 1e8: what is left is the square of that.  Inputs whose
-    prices differ by millions need a few.
+    prices differ by millions need a few.  States are scaled to cost alike: beside a dear one
+    rounding would be all that is known of what a cheap one costs.
     """
+    cost = np.diag(X)
+    unit = np.ldexp(1.0, -np.frexp(np.sqrt(np.where(cost > 0, cost, 1.0)))[1])
+    A, B = A / unit[:, None] * unit, B / unit[:, None]
+    outer = np.outer(unit, unit)
+    Q, X = Q * outer, X * outer
     for _ in range(_MOST_STEPS):
         step = solve_lyapunov((A - B @ B.T @ X).T, -_riccati_defect(A, B, Q, X)[0])
         step = (step + step.T) / 2
@@ -146,7 +176,7 @@ def _refined(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
         moved, gain = (np.linalg.norm(B.T @ each, axis=1) for each in (step, X))
         if np.all(moved <= _STILL * gain):
             break
-    return X, _residual(A, B, Q, X)
+    return X / outer, _residual(A, B, Q, X)
 
 
 def _from_gain(A: Array, B: Array, Q: Array, gain: Array) -> tuple[Array, float] | None:

@@ -241,7 +241,9 @@ def section(
         "orders": sorted({e.n for e in result.evaluations}),
         "unstable": [e for e in result.evaluations if not e.stable],
         "saturating": [
-            e for e in result.evaluations if e.stable and result.slewed and e.judgement.saturation
+            e
+            for e in result.evaluations
+            if result.slewed and e.judgement.moved and e.judgement.saturation
         ],
         "inputs": _inputs(result),
         **drawn(result),

@@ -57,7 +57,7 @@ def test_each_root_is_enclosed_by_four_units_in_the_last_place() -> None:
 @pytest.mark.slow
 def test_no_root_is_missed_or_found_twice() -> None:
     """Between neighbouring roots the determinant has the sign of its index, and none is left over."""
-    for ratios in all_ratios():
+    for ratios in all_ratios()[::2]:
         z = hub_matched_roots(12, ratios)
         assert np.all(np.diff(z) > 0)
         between = [z[0] / 2, *((z[1:] + z[:-1]) / 2)]

@@ -260,7 +260,7 @@ def test_closed_streams_change_no_exit_code() -> None:
 
 @UNIX
 @pytest.mark.slow
-@pytest.mark.parametrize("after", [0.0, 0.1, 0.2, 0.4, 0.8, 1.6])
+@pytest.mark.parametrize("after", [0.0, 0.2, 1.0])
 def test_ctrl_c_ends_in_one_line_at_any_moment(after: float) -> None:
     """From when the package begins to load; no moment is too late for what takes ten seconds."""
     ready = [sys.executable, "-c", COMMAND, "paper", "--out", "out"]

@@ -204,18 +204,16 @@ def test_an_ended_study_says_how_to_go_on_and_ends_the_same(study: Path, tmp_pat
     for number, options in (
         (signal.SIGINT, ["--workers", "2"]),
         (signal.SIGTERM, ["--workers", "1", "--resume"]),
-        (signal.SIGKILL, ["--workers", "1", "--resume"]),
     ):
         running = Running(study, out, *options, lines=lines + 2)
         running.wait()
         told = running.end(number)
         assert "Traceback" not in told
-        if number != signal.SIGKILL:
-            assert running.process.returncode == 128 + number
-            assert told == (
-                f"slewctl: interrupted; what was finished is in {running.results}: "
-                "go on with --resume\n"
-            )
+        assert running.process.returncode == 128 + number
+        assert told == (
+            f"slewctl: interrupted; what was finished is in {running.results}: "
+            "go on with --resume\n"
+        )
         assert not (out / "index.html").exists()
         before, lines = lines, running.results.read_bytes().count(b"\n")
         assert lines >= before + 2
@@ -225,7 +223,7 @@ def test_an_ended_study_says_how_to_go_on_and_ends_the_same(study: Path, tmp_pat
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("delay", [0.0, 0.3, 0.9, 1.5])
+@pytest.mark.parametrize("delay", [0.0, 0.9])
 def test_an_interruption_while_workers_start_is_one_line(
     study: Path, tmp_path: Path, delay: float
 ) -> None:

@@ -78,10 +78,14 @@ def test_the_command_line_speaks_before_the_file(
 
 REFUSED = [
     (("damping_factor",), {}, "--box: 'damping_factor' is not NAME=LOW:HIGH"),
-    (("damping_facto=0:1",), {}, "--box: unknown property 'damping_facto'; did you mean"),
-    (("damping_factor=2:1",), {}, "--box: 2 … 1 is empty"),
+    (
+        ("damping_facto=0:1",),
+        {},
+        "--box damping_facto: unknown property 'damping_facto'; did you mean",
+    ),
+    (("damping_factor=2:1",), {}, "--box damping_factor: 2 … 1 is empty"),
     ((), {}, "--box: no box"),
-    (("payload_mass=-1:1",), {}, "--box: payload_mass: -1 is negative"),
+    (("payload_mass=-1:1",), {}, "--box payload_mass: -1 is negative"),
     (("payload_mass=0:1", "payload_mass=0:2"), {}, "--box: payload_mass is given twice"),
     (("damping_factor=0.5:1",), {"quantity": "disc"}, "--quantity: unknown name 'disc'"),
     (("damping_factor=0.5:1",), {"samples": 0, "seed": 1}, "--seed: means nothing"),
@@ -127,3 +131,12 @@ def test_a_cost_needs_weights_and_a_slew_its_table(tmp_path: Path) -> None:
     path.write_text(given + 'quantity = "overshoot"\n')
     with pytest.raises(InputError, match="slew: missing"):
         read_design(path)
+
+
+def test_a_slew_that_the_file_has_not_is_not_searched(tmp_path: Path) -> None:
+    path = tmp_path / "design.toml"
+    path.write_text(QUICK.replace("[slew]\nangle_deg = 30\nduration_s = 2\n", "") + BOX)
+    assert "[slew]" not in path.read_text()
+    asked = Asked((), "settling_time", 0, 0, None, None)
+    with pytest.raises(InputError, match=r"--quantity: the file has no \[slew\]"):
+        print_worst(path, asked, as_json=False)

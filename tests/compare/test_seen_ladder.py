@@ -20,8 +20,7 @@ DESIGNS = Path(__file__).parents[2] / "designs"
     "name",
     [
         "02-hub-as-heavy-as-the-beam",
-        pytest.param("06-sampled-lqg-with-delay", marks=pytest.mark.slow),
-        pytest.param("14-given-pid", marks=pytest.mark.slow),
+        pytest.param("08-pd-notch", marks=pytest.mark.slow),
         pytest.param("rigs/elastic-joint", marks=pytest.mark.slow),
     ],
 )

@@ -138,7 +138,7 @@ def test_slices_hold_every_design_of_their_axes_and_are_found_by_them() -> None:
 
 def test_a_page_holds_so_many_maps_however_large_the_study(tmp_path: Path) -> None:
     sizes = []
-    for bandwidths in (20, 60):
+    for bandwidths in (8, 24):
         axes = AXES | {"bandwidth": [0.01 * (k + 1) for k in range(bandwidths)], "n": [1, 2]}
         result = result_of(random_rows(4, axes, share_kept=1.0))
         page = write_study(result, tmp_path / str(bandwidths))

@@ -132,6 +132,10 @@ def test_an_unstable_arm_is_worse_than_any_stable_one() -> None:
     assert "UNSTABLE" in str(found)
     ranked = sorted(found.trials, key=lambda trial: trial.value)
     assert [trial.stable for trial in ranked] == sorted(trial.stable for trial in ranked)
+    # A table has no margin of a loop that is not stable.
+    for row in found.rows():
+        assert (row["disk_margin"] is None) == (row["growth_per_s"] is not None)
+        assert (row["growth_per_s"] is None) == row["stable"]
 
 
 @pytest.mark.parametrize("quantity", [q.name for q in quantities_of(CASE.slew) if q.unit != "V"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import control
 import numpy as np
 import pytest
@@ -10,7 +12,17 @@ from general_plants import made, random_plant, seeds
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slewctl import h2_lmi, lqg
+from slewctl import (
+    Arm,
+    Beam,
+    Hub,
+    Problem,
+    h2_lmi,
+    lqg,
+    pole_placement,
+    variance_bound,
+)
+from slewctl.design import Controller
 from slewctl.design.coordinates import balanced
 
 
@@ -73,3 +85,40 @@ def test_inequalities_on_a_plant_without_an_arm_leave_in_usable_coordinates() ->
     s = 1j * np.geomspace(1e-3, 1e3, 20001)
     peak = np.abs(found.system(s, squeeze=True)).max()
     assert control.system_norm(found.system, "inf") == pytest.approx(peak, rel=1e-5)
+
+
+@pytest.mark.parametrize("power", [20, 25])
+@pytest.mark.parametrize(
+    ("method", "options"),
+    [
+        (variance_bound, {"std_max": {"torque": 0.3}}),
+        (h2_lmi, {}),
+        (pole_placement, {"bandwidth_hz": 0.3}),
+    ],
+)
+def test_an_angle_beside_a_rate_in_other_units_is_the_same_plant(
+    power: int, method: Callable[..., Controller], options: dict[str, object]
+) -> None:
+    """Nothing in A tells the unit of a rigid rate from that of its angle, rad from µrad."""
+    plant = small_problem().plant("clamped-free", n=1)
+    other = np.eye(4)
+    other[2, 2] = 2.0**power
+    here, there = method(plant, **options), method(plant.transformed(other), **options)
+    assert there.certificate.verified
+    assert there.h2_cost == pytest.approx(here.h2_cost, rel=1e-6)
+
+
+@given(st.floats(-4, 4))
+@settings(deadline=None, max_examples=8, derandomize=True)
+def test_poles_of_several_sensors_are_placed_alike_in_any_unit_of_time(decades: float) -> None:
+    unit = 10.0**decades
+    here = pole_placement(small_problem().plant("arm-matched", n=2), bandwidth_hz=0.5)
+    there = pole_placement(small_problem(unit).plant("arm-matched", n=2), bandwidth_hz=0.5 / unit)
+    assert there.h2_cost == pytest.approx(here.h2_cost, rel=1e-7)
+
+
+def small_problem(unit: float = 1.0) -> Problem:
+    """Return a beam with two sensors, its seconds counted as so many."""
+    arm = Arm(Beam(1.0, 1.0, 2.0 / unit**2), Hub(0.2), damping_ratio=0.01)
+    noise = {"torque": 0.1 / unit**1.5, "theta": 0.01 * unit**0.5, "theta_dot": 0.1 / unit**0.5}
+    return Problem(arm, {"tip": 0.03, "torque": 1.0 / unit**2}, noise)

@@ -84,6 +84,14 @@ def test_lyapunov_is_that_of_scipy(seed: int, radius: float) -> None:
     assert np.linalg.eigvalsh(ours)[0] > -1e-14 * np.linalg.norm(ours)
 
 
+@pytest.mark.parametrize("loud", [1.0, 1e4, 1e9])
+def test_a_quiet_state_beside_a_loud_one_is_summed_to_its_end(loud: float) -> None:
+    slow = 1 - 1e-5
+    A, B = np.diag([0.5, slow]), np.array([[loud, 0.0], [0.0, 1.0]])
+    X = solve_discrete_lyapunov(A, B @ B.T)
+    np.testing.assert_allclose(np.diag(X), [loud**2 / 0.75, 1 / (1 - slow**2)], rtol=1e-10)
+
+
 def test_unstable_lyapunov_is_refused() -> None:
     for radius in (1.0, 1.5):
         with pytest.raises(AccuracyError, match="not stable"):

@@ -45,8 +45,7 @@ def test_gap_is_below_1e_8(basis: type[Basis], n: int, hub: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("basis", ["clamped-free", "slewing", "hub-matched"])
-@pytest.mark.parametrize("n", [6, 8])
+@pytest.mark.parametrize(("basis", "n"), [("hub-matched", 6), ("clamped-free", 8), ("slewing", 8)])
 def test_gap_is_below_1e_8_to_n_8(basis: str, n: int) -> None:
     p = plant(create(basis, n))
     found = h2_lmi(p, formulation="joint")

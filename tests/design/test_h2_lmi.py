@@ -80,8 +80,7 @@ def test_gap_is_below_1e_9_for_every_catalogue_arm(name: str, basis: str) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hub", [0.0, 0.2, 20.0])
-@pytest.mark.parametrize("basis", [ClampedFree, Slewing])
+@pytest.mark.parametrize(("basis", "hub"), [(Slewing, 0.0), (ClampedFree, 0.2), (Slewing, 20.0)])
 def test_gap_is_below_1e_9_for_42_states(basis: type[Basis], hub: float) -> None:
     problem = build_h2(plant(basis(20), hub))
     controller = solve_h2(problem)

@@ -36,7 +36,7 @@ from slewctl.embedded.runner import FAULT_NUMBER, FAULT_READING, FAULT_STUCK
 from slewctl.embedded.trial import trial
 
 pytestmark = WITH_COMPILER
-STEPS = 100_000
+STEPS = 40_000
 # Reads inputs and writes command and fault of every sample, as they stand in memory.
 HARNESS = """
 #include <stdio.h>
@@ -80,7 +80,7 @@ def in_c(made: Program, inputs: list[list[Any]], folder: Path) -> list[tuple[Any
 @pytest.mark.parametrize("kind", ["double", "float", "16 bits", "32 bits"])
 def test_every_command_is_that_of_python_to_the_last_bit(kind: str, tmp_path: Path) -> None:
     made = program(kind)
-    ours = trial(made, STEPS if kind == "double" else STEPS // 20)
+    ours = trial(made, STEPS if kind == "double" else STEPS // 10)
     theirs = in_c(made, [sample.inputs for sample in ours], tmp_path)
     assert [(sample.command, sample.fault) for sample in ours] == theirs
     commands = np.array([command for command, _ in theirs], dtype=float)

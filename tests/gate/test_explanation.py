@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from slewctl.check import DesignResult
+from slewctl.compare import evaluate
+from slewctl.compare.comparison import loop_curves
 from slewctl.files import DesignFile, read_design
 from slewctl.gate import examine, explain, small_changes
 
@@ -129,3 +131,47 @@ noise = { torque = 0.26, theta = 0.00025, theta_dot = 0.00014 }
 """
     words = [change.words for change in small_changes(written(tmp_path, text).case)]
     assert words == ["controller.limits.torque = 9.1", "controller.limits.torque = 18.2"]
+
+
+UNDAMPED = """
+arm = { name = "undamped", beam = { length = 1.0, mass_per_length = 0.5, bending_stiffness = 5.0 },
+        hub = { inertia = 0.02, friction = 0.05 } }
+model = { basis = "arm-matched", n = 2 }
+compare = { bases = ["arm-matched"], orders = [2] }
+requirements = { gain_margin_db = 3.0, phase_margin_deg = 20.0 }
+[controller]
+method = "lqg"
+limits = { tip = 0.02, torque = 0.3 }
+noise = { torque = 0.01, theta = 5e-4 }
+"""
+
+
+def test_what_the_gate_judges_is_explained_and_compared_though_its_slew_is_not_known(
+    tmp_path: Path,
+) -> None:
+    """Modes that last for years cannot be told apart to rounding; no slew was asked for."""
+    design = written(tmp_path, UNDAMPED.replace(",\n        hub", ", hub"))
+    found = explain(design)
+    assert found.sentences[0] == "arm: lqg on arm-matched, n = 2, keeps all 3 of its requirements."
+    compared = evaluate(design.case)
+    assert compared.judgement.moved is None
+    assert loop_curves(compared).slew is None
+
+
+def test_the_delay_that_a_loop_stands_is_told_with_where_it_is_lost(tmp_path: Path) -> None:
+    """A heavy payload on a fast law: nearest to -1 at 0.07 Hz, and the delay counts at 100 Hz."""
+    design = written(
+        tmp_path,
+        """
+arm = { name = "heavy", beam = { length = 1.0, mass_per_length = 0.5, bending_stiffness = 5.0 }, \
+hub = { inertia = 0.02, friction = 0.05 }, payload = { mass = 5.0, inertia = 0.1 }, \
+damping_ratio = 1e-4 }
+requirements = { phase_margin_deg = 5.0 }
+controller = { method = "given", num = [0.5, 1.0], den = [0.01, 1.0], feedback = "negative" }
+""".replace("\\\n", ""),
+    )
+    margins = evaluate(design.case).judgement.margins
+    assert margins.delay_s.frequency_hz > 100 * margins.modulus.frequency_hz
+    (told,) = (s for s in explain(design).sentences if "of delay beyond its own" in s)
+    assert f"lost first at {margins.delay_s.frequency_hz:.4g} Hz" in told
+    assert f"{1e3 * margins.delay_s.value:.3g} ms" in told

@@ -42,8 +42,8 @@ def test_a_few_random_loops() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10, 12))
-def test_twenty_random_loops(seed: int) -> None:
+@pytest.mark.parametrize("seed", range(10, 11))
+def test_ten_random_loops(seed: int) -> None:
     for i, loop in enumerate(stable_loops(seed=seed, count=10)):
         check_loop(loop, f"seed {seed}, loop {i}", points=100)
 

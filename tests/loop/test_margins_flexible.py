@@ -49,7 +49,7 @@ def test_a_few_flexible_loops(seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "number", "most"), [(20, 12, 60), (21, 25, 25)])
+@pytest.mark.parametrize(("seed", "number", "most"), [(20, 6, 60), (21, 12, 25)])
 def test_many_flexible_loops(seed: int, number: int, most: int) -> None:
     loops = random_flexible_loops(seed, number, most)
     stable = sum(check(loop, f"seed {seed}, loop {i}") for i, loop in enumerate(loops))
@@ -104,7 +104,7 @@ def test_a_rigid_body_that_rounding_splits_is_at_the_end_of_the_circle() -> None
 
 
 @pytest.mark.parametrize(
-    "number", [132, *(pytest.param(k, marks=pytest.mark.slow) for k in (471, 993))]
+    "number", [132, *(pytest.param(k, marks=pytest.mark.slow) for k in (471,))]
 )
 def test_three_integrals_in_one_matrix_are_at_the_origin(number: int) -> None:
     """A rigid body under integral action, multiplied out: the third pole was 2e-13 to 7e-12."""

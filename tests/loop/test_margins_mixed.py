@@ -36,14 +36,14 @@ def found(m: Margins) -> tuple[float, float, float, float]:
 
 
 def test_a_few_dozen_loops() -> None:
-    loops = random_mixed_loops(1, 40)
-    assert sum(check(loop, f"loop {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 12
+    loops = random_mixed_loops(1, 20)
+    assert sum(check(loop, f"loop {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 6
 
 
 @pytest.mark.slow
-def test_a_hundred_loops() -> None:
-    loops = random_mixed_loops(2, 100)
-    assert sum(check(loop, f"loop {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 50
+def test_fifty_loops() -> None:
+    loops = random_mixed_loops(2, 50)
+    assert sum(check(loop, f"loop {i}, {loop.kind}") for i, loop in enumerate(loops)) >= 25
 
 
 def test_a_pid_with_two_fast_lags_around_an_arm_is_stable() -> None:

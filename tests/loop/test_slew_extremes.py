@@ -21,6 +21,8 @@ from slewctl import (
     Hub,
     Loop,
     Objective,
+    Payload,
+    Problem,
     Slew,
     arms,
     assemble,
@@ -307,3 +309,25 @@ def test_absurd_durations_are_answered_or_refused(duration: float, T: float) -> 
 def test_time_drawn_beyond_all_samples_is_refused() -> None:
     with pytest.raises(InputError, match="samples"):
         simulate_slew(sampled_loop(0.02, 0.0), Slew(30.0, 2.0, 1e300))
+
+
+@pytest.mark.parametrize("metre", [1.0, 0.5, 1e-3, 100.0])
+def test_a_fast_clock_leaves_the_modes_apart_in_any_unit_of_length(metre: float) -> None:
+    """At 1700 samples a period of the first mode, where every factor of a sample is near to one."""
+    L = 2.0058741047778046 * metre
+    arm = Arm(
+        Beam(L, 10.70255264552556 / metre, 1390.473557399667 * metre**3),
+        Hub(37.881016932356005 * metre**2, 0.1 * L),
+        Payload(21.46797320668091),
+        damping_ratio=0.001,
+    )
+    problem = Problem(
+        arm,
+        {"tip": 0.02035068968759097 * metre, "torque": 139.37085804844236 * metre**2},
+        {"torque": 9.524155161585332 * metre**2, "theta": 0.0005957896098836973},
+        truth_modes=3,
+    )
+    K = lqg(problem.plant("arm-matched", 2), sample_time=0.00036719800215416146)
+    moved = problem.judge(K, Slew(30.0, 1.8321967134293031)).response.summary
+    assert moved.settling_time_s == pytest.approx(8.3214626142, rel=1e-8)
+    assert moved.residual_m == pytest.approx(0.247575036848 * metre, rel=1e-8)

@@ -59,7 +59,7 @@ def test_nodes_integrate_polynomials() -> None:
 
 @pytest.mark.slow
 @given(arms(), st.floats(0.1, 4.0), st.booleans())
-@deterministic(10)
+@deterministic(6)
 def test_energy_and_momentum_are_kept_in_a_free_slew(
     arm: Arm, turns: float, stiffening: bool
 ) -> None:

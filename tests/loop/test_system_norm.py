@@ -68,6 +68,13 @@ def test_white_noise_that_passes_straight_has_no_finite_power() -> None:
     assert sc.norm(control.tf([1, 1], [1, 2]), "inf") == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("loud", [1.0, 1e6, 1e20])
+def test_the_norm_of_a_sampled_system_does_not_depend_on_what_nobody_sees(loud: float) -> None:
+    slow = 1 - 1e-6
+    G = control.ss(np.diag([0.5, slow]), [[loud], [1.0]], [[0.0, 1.0]], 0, 0.1)
+    assert sc.norm(G) == pytest.approx((1 - slow**2) ** -0.5, rel=1e-9)
+
+
 def test_what_is_no_system_is_refused() -> None:
     with pytest.raises(sc.InputError, match="state-space"):
         sc.norm(3.0)  # type: ignore[arg-type]

@@ -20,7 +20,7 @@ from slewctl.measured.rig_problem import RigProblem
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "closed"), [(1, True), (38, True), (15, False)])
+@pytest.mark.parametrize(("seed", "closed"), [(38, True), (15, False)])
 def test_a_rig_is_found_again_as_well_as_it_can_be(seed: int, closed: bool) -> None:
     row = figures(random_case(seed, closed=closed, duration=8.0))
     assert max(map(abs, row["frequency"])) < FREQUENCY

@@ -87,7 +87,7 @@ def test_page_is_whole_and_self_contained(pages: dict[str, Path], name: str, pic
 
 def test_the_page_of_an_arm_without_damping_reads_as_sentences(tmp_path: Path) -> None:
     case = read_design(DESIGNS / "01-paper-beam.toml").case
-    undamped = replace(case, arm=replace(case.arm, damping_ratio=0.0), orders=(3,))
+    undamped = replace(case, arm=replace(case.arm, damping_ratio=0.0), orders=(3,), truth_modes=8)
     text = write_comparison(compare([undamped]), tmp_path).read_text(encoding="utf-8")
     assert "The arm has no damping" in text
     shown = re.sub(r"<(script|style|svg).*?</\1>", "", text, flags=re.S)

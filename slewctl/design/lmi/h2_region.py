@@ -46,6 +46,8 @@ from slewctl.plant import GeneralisedPlant, check_plant
 
 # Of the solver, relative, where only whether a rate can be met is asked.
 _COARSE = 1e-5
+# How far back from what a coarse one found, towards what is easy, on a logarithmic scale.
+_BACK = (0.0, 0.05, 0.15, 0.4, 1.0)
 
 
 @guarded
@@ -209,8 +211,8 @@ def _solve(half: Half, region: Region, tolerance: float | None = None) -> Feedba
 def _impossible(half: Half, wish: Region, rate: float, prefix: str, status: str) -> DesignError:
     """Return the error that says which wish to relax, and how far, the others kept."""
 
-    def possible(region: Region) -> bool:
-        found = _solve(half, region.scaled(rate), _COARSE)
+    def possible(region: Region, tolerance: float | None = _COARSE) -> bool:
+        found = _solve(half, region.scaled(rate), tolerance)
         return found.K is not None and region.scaled(rate).holds(_poles(half, found.K))
 
     poles = rate * _poles(half, half.optimal)
@@ -227,7 +229,12 @@ def _impossible(half: Half, wish: Region, rate: float, prefix: str, status: str)
         if value == released or not within or not possible(_changed(wish, key, start)):
             continue
         found = largest(_trial(possible, wish, key), start, value)
-        advice.append(f"{text} = {_rounded(found, key)}")
+        # What a coarse solver allows the other one may not, this near to what nobody can.
+        for back in _BACK:
+            told = _rounded(found * (start / found) ** back, key)
+            if possible(_changed(wish, key, float(told)), None):
+                advice.append(f"{text} = {told}")
+                break
     wishes = " and ".join(_asked(wish, prefix))
     return DesignError(
         f"no controller was found that keeps {wishes} (solver: {status})",

@@ -112,7 +112,7 @@ def decoupled(A: Array, lasting: Lasting | None = None) -> Decoupled:
     raise AccuracyError(
         "the modes of the loop cannot be told apart to working precision",
         where="slew",
-        remedy="give the controller in better conditioned coordinates",
+        remedy="give modes some damping, or the controller in better conditioned coordinates",
     )
 
 

@@ -130,17 +130,22 @@ class SampledMotion:
     @cached_property
     def _decays(self) -> list[tuple[Array, float, float, int]]:
         """Size of each signal, decay, coupling and order of each mode from sample to sample."""
-        modes, left = decoupled(self._map, _lasting), self._states[-1] - self._end
+        # Of what changes in a sample: at a fast clock all factors are near to one, and which
+        # modes are near to each other only their differences from it tell.
+        still = np.eye(len(self._map))
+        modes = decoupled(self._map - still, lambda changes: _lasting(1 + changes))
+        left = self._states[-1] - self._end
         columns = modes.right * (modes.left @ left)
-        decays = np.log(np.maximum(np.abs(modes.rates), _LEAST))
+        decays = np.log(np.maximum(np.abs(1 + modes.rates), _LEAST))
         sizes = self._sizes(columns)
         found = [(size, float(a), 0.0, 1) for size, a in zip(sizes, decays, strict=True)]
         for block in modes.blocks:
             size = np.linalg.norm(self._sizes(block.right), axis=0)
-            largest = max(float(np.abs(np.diag(block.T)).max()), _LEAST)
-            coupling = triangle(block.T) / largest
+            T = block.T + np.eye(len(block.T))
+            largest = max(float(np.abs(np.diag(T)).max()), _LEAST)
+            coupling = triangle(T) / largest
             start = float(np.linalg.norm(block.left @ left))
-            found.append((size * start, math.log(largest), coupling, len(block.T)))
+            found.append((size * start, math.log(largest), coupling, len(T)))
         return found
 
     def _sizes(self, columns: ComplexArray) -> Array:
