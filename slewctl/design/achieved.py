@@ -7,10 +7,12 @@ controller, never a matrix that a design method has kept.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from slewctl._types import ComplexArray
+from slewctl.errors import AccuracyError
 from slewctl.numerics.h2_norm import H2Cost, system_cost
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.observability import poles_and_growth
@@ -53,14 +55,22 @@ def achieved(
     if system.dt and not plant.sample_time:
         sampled = sampled_plant(plant, float(system.dt), delay).close(system)
         growth = float(np.abs(sampled.poles).max() - sampled.largest_stable)
-        cost = sampled.h2 if sampled.stable else H2Cost(math.inf, 0.0)
+        cost = _known(lambda: sampled.h2) if sampled.stable else H2Cost(math.inf, 0.0)
         return continuous_equivalent(sampled.poles, float(system.dt)), growth, cost
     return _of_loop(plant.closed(system))
 
 
 def _of_loop(loop: LinearSystem) -> tuple[ComplexArray, float, H2Cost]:
     poles, growth = poles_and_growth(loop.A, loop.sample_time)
-    cost = system_cost(loop) if growth < 0 else H2Cost(math.inf, 0.0)
+    cost = _known(lambda: system_cost(loop)) if growth < 0 else H2Cost(math.inf, 0.0)
     if loop.sample_time:
         poles = continuous_equivalent(poles, loop.sample_time)
     return poles, growth, cost
+
+
+def _known(cost: Callable[[], H2Cost]) -> H2Cost:
+    """Return a cost, or one that nothing confirms where none can be computed."""
+    try:
+        return cost()
+    except AccuracyError:
+        return H2Cost(math.inf, math.inf)

@@ -29,7 +29,7 @@ from slewctl.textfile import read_bytes, write_bytes
 LOCAL = "127.0.0.1"
 """The only address that is listened at: nothing of the page leaves this machine."""
 # They tell of every page that is closed, or refused.
-_TALKATIVE = ("bokeh.server.views.ws", "tornado.access")
+_TALKATIVE = ("bokeh.server.views.ws", "tornado.access", "asyncio")
 # Of a file's name, in characters; file systems take 255 bytes.
 _LONGEST = 100
 # In ms: as many moves of a slider as come within it are one.
@@ -244,9 +244,7 @@ class Session:
             return
         self._put(body)
         self.climbing = body, ladder
-        ladder.add_done_callback(
-            lambda done: self.document.add_next_tick_callback(lambda: self._climbed(done))
-        )
+        ladder.add_done_callback(lambda done: self._next(lambda: self._climbed(done)))
         if self.waiting is None:
             self._confirm(self.found.text)
 
@@ -265,9 +263,15 @@ class Session:
     def _confirm(self, text: str) -> None:
         """Have what is shown confirmed; what is set meanwhile is confirmed next."""
         self.waiting = self.shared.confirm(text)
-        self.waiting.add_done_callback(
-            lambda done: self.document.add_next_tick_callback(lambda: self._arrived(text, done))
-        )
+        self.waiting.add_done_callback(lambda done: self._next(lambda: self._arrived(text, done)))
+
+    def _next(self, call: Callable[[], None]) -> None:
+        """Have the page's own thread call something, unless the page has been left."""
+        try:
+            self.document.add_next_tick_callback(call)
+        except AttributeError:  # a document that was destroyed has no callbacks any more
+            if self.document.session_context is not None:
+                raise
 
     def _arrived(self, text: str, done: Future[str]) -> None:
         self.waiting = None

@@ -187,7 +187,7 @@ def _verdict(design: DesignFile, findings: Sequence[Finding], tightest: Finding)
 
 def _limits(design: DesignFile, where: str, judged: Judgement) -> Iterator[str]:
     if not judged.stable:
-        yield _unstable(judged, where, design.case.n)
+        yield _unstable(judged, where, design)
         return
     try:
         margins = judged.margins
@@ -232,14 +232,16 @@ def _cost(judged: Judgement) -> str:
     )
 
 
-def _unstable(judged: Judgement, where: str, known: int) -> str:
+def _unstable(judged: Judgement, where: str, design: DesignFile) -> str:
     hertz = ", ".join(f"{f:.4g}" for f in judged.unstable_hz)
     if judged.loop.undecided:
         return f"On {where} the loop is {judged.loop.fault}."
     said = f"On {where} the loop is unstable, at {hertz} Hz"
     if judged.controller.sample_time:
         return f"{said}."
-    return f"{said}: {destabilised_mode(judged.loop, known)}."
+    lost = destabilised_mode(judged.loop, design.case.n)
+    # Of a given law nobody knows which modes its designer kept.
+    return f"{said}: {lost if design.case.origin.basis or lost is None else lost.place}."
 
 
 def _advice(tightest: Finding, trials: list[Trial]) -> Iterator[str]:
@@ -250,7 +252,7 @@ def _advice(tightest: Finding, trials: list[Trial]) -> Iterator[str]:
     now, best = _room(tightest), trials[0]
     if best.room <= now + _SEEN or best.tightest is None:
         yield (
-            f"None of {len(trials)} changes gives that requirement more room: ask for less, "
+            f"None of {len(trials)} changes gives that requirement much more room: ask for less, "
             "measure more signals, or take another method."
         )
     else:

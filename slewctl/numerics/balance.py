@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg.lapack import dgebal, zgebal
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array, ComplexArray, IntArray
+
+# Of scaling groups of states, each in a unit of inputs and outputs that the one before has left.
+_ROUNDS = 4
 
 
 def balance(A: Array | ComplexArray) -> Array:
@@ -43,19 +46,54 @@ def balance_realisation(A: Array, B: Array, C: Array) -> Array:
     """Return state scales s (powers of two) for which A, B and C are of comparable size.
 
     As `balance_system`, in units of inputs and outputs that make B and C as large as A: a
-    state that A couples with no other is scaled by what reaches it and where it is seen.
+    state that A couples with no other is scaled by what reaches it and where it is seen.  So
+    are states that A couples both ways with each other alone, as those of a mode, all of them
+    by one factor: scaled one by one they would hold each other where they are.  What one such
+    group does to the next is then of the size of a row of A: were it as large as the largest,
+    no slow mode behind a lag could be told from it.
     """
     n = len(A)
     if not n:
         return np.ones(0)
-    inner = balance(A)
-    A, B, C = A / inner[:, None] * inner, B / inner[:, None], C * inner
-    b, c = _norms(B), _norms(C.T)
-    through = float(np.prod(_norms(np.vstack([b, c])) ** 0.5))
-    if not through:
-        return inner
-    unit = (np.linalg.norm(A) or 1.0) / through
-    return inner * balance_system(A, unit * B, unit * C)
+    scale = balance(A)
+    a, b, c = A / scale[:, None] * scale, B / scale[:, None], C * scale
+    group = _coupled(a)
+    for _ in range(_ROUNDS):
+        reached, shown = _norms(b), _norms(c.T)
+        through = float(np.prod(_norms(np.vstack([reached, shown])) ** 0.5))
+        if not through:
+            return scale
+        rows = _norms(a)
+        typical = float(np.exp(np.mean(np.log(rows[rows > 0])))) if rows.any() else 1.0
+        step = _of_groups(group, a, typical / through * reached, typical / through * shown)
+        if np.all(step == 1):
+            break
+        scale = scale * step
+        a, b, c = A / scale[:, None] * scale, B / scale[:, None], C * scale
+    unit = (np.linalg.norm(a) or 1.0) / through
+    return np.asarray(scale * balance_system(a, unit * b, unit * c))
+
+
+def _coupled(A: Array) -> IntArray:
+    """Return for each state which group it is of: those that A couples both ways."""
+    sizes = np.abs(A)
+    reach = sizes > len(A) * np.finfo(float).eps * sizes.max()
+    np.fill_diagonal(reach, True)
+    while np.any(further := (reach.astype(np.float32) @ reach > 0) & ~reach):
+        reach |= further
+    return np.unique((reach & reach.T).argmax(axis=1), return_inverse=True)[1]
+
+
+def _of_groups(group: IntArray, A: Array, b: Array, c: Array) -> Array:
+    """Return a scale for each state that is one for all of a group."""
+    count = int(group.max()) + 1
+    if count == 1:
+        return np.ones(len(A))
+    member = (group == np.arange(count)[:, None]).astype(float)
+    between = np.sqrt(member @ np.abs(A) ** 2 @ member.T)
+    np.fill_diagonal(between, 0.0)
+    into, out = np.sqrt(member @ b**2), np.sqrt(member @ c**2)
+    return np.asarray(balance_system(between, into[:, None], out[None, :])[group])
 
 
 def _norms(rows: Array | ComplexArray) -> Array:

@@ -48,9 +48,9 @@ def solve_discrete_lyapunov(A: Array, Q: Array) -> Array:
         if np.all(added <= np.finfo(float).eps * size):
             return X
     raise AccuracyError(
-        "the sampled loop is not stable to working precision",
+        "a sampled motion hardly decays: what it adds up to is beyond working precision",
         where="lyapunov",
-        remedy="decide its stability first",
+        remedy="give modes some damping; the poles say which of them lasts",
     )
 
 

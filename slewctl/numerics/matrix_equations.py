@@ -36,8 +36,7 @@ class RiccatiSolution:
     gain : ndarray, shape (m, n)
         R⁻¹BᵀX.
     residual : float
-        Norm of the equation's left side over that of its largest term, in states scaled to
-        cost alike.
+        Norm of the equation's left side over that of its largest term, balanced.
     """
 
     X: Array
@@ -161,14 +160,8 @@ def _refined(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
     The eigenvectors of a lightly damped plant leave a residual of up to 1e-7 behind, a
     Lyapunov equation with the closed loop removes it.  One step does where it moves the gain
     of no input by more than a part in 1e8: what is left is the square of that.  Inputs whose
-    prices differ by millions need a few.  States are scaled to cost alike: beside a dear one
-    rounding would be all that is known of what a cheap one costs.
+    prices differ by millions need a few.
     """
-    cost = np.diag(X)
-    unit = np.ldexp(1.0, -np.frexp(np.sqrt(np.where(cost > 0, cost, 1.0)))[1])
-    A, B = A / unit[:, None] * unit, B / unit[:, None]
-    outer = np.outer(unit, unit)
-    Q, X = Q * outer, X * outer
     for _ in range(_MOST_STEPS):
         step = solve_lyapunov((A - B @ B.T @ X).T, -_riccati_defect(A, B, Q, X)[0])
         step = (step + step.T) / 2
@@ -176,7 +169,7 @@ def _refined(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
         moved, gain = (np.linalg.norm(B.T @ each, axis=1) for each in (step, X))
         if np.all(moved <= _STILL * gain):
             break
-    return X / outer, _residual(A, B, Q, X)
+    return X, _residual(A, B, Q, X)
 
 
 def _from_gain(A: Array, B: Array, Q: Array, gain: Array) -> tuple[Array, float] | None:

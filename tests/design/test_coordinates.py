@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import control
 import numpy as np
@@ -122,3 +123,13 @@ def small_problem(unit: float = 1.0) -> Problem:
     arm = Arm(Beam(1.0, 1.0, 2.0 / unit**2), Hub(0.2), damping_ratio=0.01)
     noise = {"torque": 0.1 / unit**1.5, "theta": 0.01 * unit**0.5, "theta_dot": 0.1 / unit**0.5}
     return Problem(arm, {"tip": 0.03, "torque": 1.0 / unit**2}, noise)
+
+
+def test_poles_of_several_sensors_do_not_depend_on_the_order_of_their_names() -> None:
+    noise = {"torque": 0.1, "theta": 0.01, "tip": 0.02}
+    costs = []
+    for items in (list(noise.items()), list(noise.items())[::-1]):
+        problem = replace(small_problem(), noise=dict(items))
+        plant = problem.plant("arm-matched", n=2)
+        costs.append(pole_placement(plant, bandwidth_hz=0.5, added_damping=0.05).h2_cost)
+    assert costs[0] == pytest.approx(costs[1], rel=1e-9)

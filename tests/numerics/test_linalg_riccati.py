@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.linalg import block_diag, schur, solve_continuous_lyapunov
 
 from slewctl import AccuracyError, GeneralisedPlant
-from slewctl.numerics.balance import balance
-from slewctl.numerics.matrix_equations import solve_riccati
+from slewctl.numerics.balance import balance, balance_realisation
+from slewctl.numerics.matrix_equations import balance_priced, solve_riccati
 
 SIZES = [(1, 1e-4), (5, 1e-4), (5, 0.02), (20, 1e-4), (20, 0.02), (40, 1e-4), (40, 0.02)]
 
@@ -86,14 +86,12 @@ def test_reported_residual_is_that_of_the_equation(modes: int, zeta: float) -> N
     linear = plant.A.T @ solution.X
     linear = linear + linear.T
     left = linear - solution.gain.T @ R @ solution.gain + Q
-    unit = 1 / np.sqrt(np.diag(solution.X))  # of each state: all cost alike
-    outer = np.outer(unit, unit)
+    scale = balance_priced(plant.A, plant.B2 / np.sqrt(R), Q)
+    outer = np.outer(scale, scale)
     size = max(np.linalg.norm(linear * outer), np.linalg.norm(Q * outer))
-    # Recomputed in the given coordinates, in an order of summation of its own.
+    # Recomputed in the given coordinates: powers of two change no digit, summation order a few.
     rounding = len(plant.A) * np.finfo(float).eps
-    assert np.linalg.norm(left * outer) / size == pytest.approx(
-        solution.residual, rel=1, abs=rounding
-    )
+    assert np.linalg.norm(left * outer) / size == pytest.approx(solution.residual, abs=rounding)
 
 
 @pytest.mark.parametrize(("modes", "zeta"), SIZES)
@@ -179,3 +177,20 @@ def test_what_moves_alone_may_have_any_unit() -> None:
         )
         off = np.abs(found.gain / scale - expected).max()
         assert off < 1e-7 * np.abs(expected).max()
+
+
+@given(st.integers(0, 10_000), st.booleans())
+@settings(deadline=None, max_examples=30, derandomize=True)
+def test_what_is_coupled_both_ways_is_scaled_as_a_whole(seed: int, chained: bool) -> None:
+    """Oscillators side by side, or each driving the next: in any units they end in the same ones."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    omega = 10 ** rng.uniform(-1, 2, n)
+    A = block_diag(*([[0.0, w], [-w, -0.01 * w]] for w in omega))
+    B, C = rng.normal(size=(2 * n, 1)), rng.normal(size=(1, 2 * n))
+    if chained:
+        A[2 * np.arange(1, n) + 1, 2 * np.arange(n - 1)] = rng.normal(size=n - 1)
+    scale = np.repeat(2.0 ** np.round(rng.uniform(-30, 30, n)), 2)
+    own = balance_realisation(A, B, C)
+    found = balance_realisation(A / scale[:, None] * scale, B / scale[:, None], C * scale) * scale
+    assert np.abs(np.log2(found / own)).max() <= 2

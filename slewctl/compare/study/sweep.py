@@ -9,8 +9,9 @@ the executor.
 
 from __future__ import annotations
 
+import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -37,6 +38,8 @@ _IN_FLIGHT_PER_WORKER = 3
 _LEAST_PER_WORKER = 10
 # When nothing comes back for so many seconds, it is asked whether there still are workers.
 _PATIENCE = 60.0
+# In s: the longest wait that a signal, which came as it began, has to sit out.
+_HEEDED = 0.5
 
 Progress = Callable[[int], None]
 Work = Callable[[Any], Sequence[Row]]
@@ -215,7 +218,7 @@ def _run(
                 flying[executor.submit(_limited, function, work, versions())] = taken
             if not flying:
                 return
-            finished, _ = wait(flying, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+            finished = _finished(flying)
             if not finished and not window():
                 raise _lost("no worker is left")
             for future in finished:
@@ -232,6 +235,18 @@ def _run(
         for future in flying:
             future.cancel()
         raise
+
+
+def _finished(flying: Collection[Future[list[Sequence[Row]]]]) -> set[Future[list[Sequence[Row]]]]:
+    """Return what is finished, of nothing within `_PATIENCE` an empty set.
+
+    Waited for in short times: a signal that comes as one begins is heeded at its end.
+    """
+    end = time.monotonic() + _PATIENCE
+    finished: set[Future[list[Sequence[Row]]]] = set()
+    while not finished and time.monotonic() < end:
+        finished, _ = wait(flying, timeout=_HEEDED, return_when=FIRST_COMPLETED)
+    return finished
 
 
 def _lost(what: str) -> WorkerDiedError:

@@ -283,6 +283,9 @@ def _robust_gain(A: Array, B: Array, roots: ComplexArray) -> Array:
     """Return the gain of best conditioned eigenvectors among those that can be computed."""
     from scipy.signal import place_poles  # slow to load: not before it is wanted
 
+    # What is sought begins with the inputs in turn: the order in which they are named is none.
+    order = np.argsort(np.linalg.norm(B, axis=0), kind="stable")
+    back, B = np.argsort(order), B[:, order]
     mixed = _best_mixture(A, B)
     with np.errstate(all="ignore"):
         # Modes of one frequency are out of reach of any one combination: no number then.
@@ -301,7 +304,7 @@ def _robust_gain(A: Array, B: Array, roots: ComplexArray) -> Array:
             where="poles",
             remedy="do not repeat a pole more often than there are sensors",
         )
-    return min(usable, key=lambda gain: _badness(A - B @ gain, roots))
+    return min(usable, key=lambda gain: _badness(A - B @ gain, roots))[back]
 
 
 def _badness(closed: Array, roots: ComplexArray) -> tuple[bool, float]:

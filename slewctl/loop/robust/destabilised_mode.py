@@ -74,9 +74,10 @@ class DestabilisedMode:
 
     def _text(self, kind: str) -> str:
         name = f"mode {self.number}" if self.number else "the rigid-body rotation"
+        turning = f" ± {abs(self.pole.imag):.4g}j" if self.pole.imag else ""
         return (
             f"{name} at {self.frequency_hz:.4g} Hz{kind}, as a pole at "
-            f"{self.pole.real:.3g} ± {abs(self.pole.imag):.4g}j rad/s"
+            f"{self.pole.real:.3g}{turning} rad/s"
         )
 
 
