@@ -106,9 +106,9 @@ def _interval(text: str) -> tuple[str, tuple[float, float]]:
 def _print(found: WorstCase) -> None:
     OUT.print(str(found))
     nominal = found.nominal
-    OUT.print(f"the arm as it is: {_value(found, nominal.value, nominal.stable)}")
+    OUT.print(f"the arm as it is: {_value(found, nominal)}")
     if found.unstable:
-        OUT.print(f"unstable on {found.unstable} of the {found.tried} arms")
+        OUT.print(f"not stable on {found.unstable} of the {found.tried} arms")
     if not found.confirmed:
         OUT.print(f"NOT confirmed: {found.worst.reading.doubt}")
     show(_table(found))
@@ -117,10 +117,12 @@ def _print(found: WorstCase) -> None:
     OUT.text(text[text.index("[variations.worst]") :].rstrip())
 
 
-def _value(found: WorstCase, value: float, stable: bool) -> str:
-    if not stable:
-        return f"unstable, growing at {-value:.3g} 1/s"
-    return f"{found.quantity} {value:.4g} {QUANTITIES[found.quantity].unit}".rstrip()
+def _value(found: WorstCase, trial: VariedArm) -> str:
+    if trial.stable:
+        return f"{found.quantity} {trial.value:.4g} {QUANTITIES[found.quantity].unit}".rstrip()
+    if trial.growth_per_s is None:
+        return "not proved to be stable"
+    return f"unstable, growing at {trial.growth_per_s:.3g} 1/s"
 
 
 def _table(found: WorstCase) -> Table:
@@ -130,7 +132,8 @@ def _table(found: WorstCase) -> Table:
     ranked = sorted(found.trials, key=lambda t: (t.stable, t.value * (sign if t.stable else 1)))
     for trial in ranked[:_SHOWN]:
         hertz = "" if trial.frequency_hz is None else f"{trial.frequency_hz:.4g}"
-        value = f"{trial.value:.4g}" if trial.stable else f"unstable ({-trial.value:.3g} 1/s)"
+        grows = "not proved" if trial.growth_per_s is None else f"{trial.growth_per_s:.3g} 1/s"
+        value = f"{trial.value:.4g}" if trial.stable else f"unstable ({grows})"
         numbers = [f"{number:.5g}" for number in trial.properties.values()]
         table.add_row(*numbers, value, hertz, trial.how)
     return table

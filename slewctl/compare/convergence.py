@@ -171,5 +171,5 @@ def _settled(quantity: Quantity, seen: Sequence[Seen]) -> bool:
 
 def _text(quantity: Quantity, reading: Reading) -> str:
     if quantity.kind == "stability":
-        return "stable" if reading.value else "unstable"
+        return "stable" if reading.value else reading.note.partition(" at ")[0].partition(":")[0]
     return reading.note if math.isnan(reading.value) else f"{reading.value:.3g}"

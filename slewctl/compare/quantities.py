@@ -195,16 +195,16 @@ def _bandwidth(judgement: Judgement) -> Reading:
 
 def _damping(judgement: Judgement) -> Reading:
     poles = judgement.poles
-    return _not_negative(*judgement.smallest(-poles.real / np.abs(poles)))
+    return _of_poles(judgement, *judgement.smallest(-poles.real / np.abs(poles)))
 
 
 def _decay(judgement: Judgement) -> Reading:
-    return _not_negative(*judgement.smallest(-judgement.poles.real))
+    return _of_poles(judgement, *judgement.smallest(-judgement.poles.real))
 
 
-def _not_negative(value: float, hertz: float) -> Reading:
-    """Return what the poles of a stable loop have; a negative one is rounding."""
-    return Reading(max(value, 0.0), hertz)
+def _of_poles(judgement: Judgement, value: float, hertz: float) -> Reading:
+    """Return what the poles of a stable loop have; nothing for sure where rounding hides it."""
+    return Reading(max(value, 0.0) if judgement.loop.poles_known else 0.0, hertz)
 
 
 def _cost(judgement: Judgement) -> Reading:
@@ -212,6 +212,8 @@ def _cost(judgement: Judgement) -> Reading:
 
 
 def _loss(judgement: Judgement) -> Reading:
+    if math.isinf(judgement.cost):
+        return Reading(math.nan, note=_PASSES)
     optimum = judgement.optimum
     doubt = _cost_doubt(judgement)
     if not optimum.certificate.verified:

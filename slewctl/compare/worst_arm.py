@@ -67,8 +67,8 @@ class VariedArm:
 
     @property
     def growth_per_s(self) -> float | None:
-        """How fast the unstable loop grows in 1/s; None where it is stable."""
-        return None if self.stable else -self.value
+        """How fast the loop grows in 1/s; None where it is stable, or nobody knows."""
+        return -self.value if self.value < 0 and not self.stable else None
 
     @property
     def frequency_hz(self) -> float | None:
@@ -166,11 +166,12 @@ class WorstCase(Tabular):
     def __str__(self) -> str:
         where = ", ".join(f"{name} = {value:.6g}" for name, value in self.properties.items())
         place = f" at {self.frequency_hz:.4g} Hz" if self.frequency_hz is not None else ""
-        what = f"{self.quantity} {self.value:.4g}{place}"
+        what, note = f"{self.quantity} {self.value:.4g}{place}", self.worst.reading.note
         if math.isnan(self.value):
-            what = f"{self.quantity} has no value: {self.worst.reading.note}"
+            what = f"{self.quantity} has no value: {note}"
         elif not self.stable:
-            what = f"UNSTABLE{place}, growing at {-self.value:.3g} 1/s"
+            grows = self.worst.growth_per_s
+            what = f"UNSTABLE{place}, growing at {grows:.3g} 1/s" if grows else note
         corner = "at a corner" if self.at_corner else "inside the box or on a face"
         return f"worst of {self.tried} arms: {what} ({corner}: {where})"
 
@@ -335,10 +336,10 @@ class _Search:
     def _judged(self, arm: Arm, properties: dict[str, float], how: str) -> VariedArm:
         self.progress(f"{how} {', '.join(f'{k} = {v:.4g}' for k, v in properties.items())}".strip())
         judged = self.subject.judge(arm)
-        reading = read(judged, self.quantity)
+        reading, loop = read(judged, self.quantity), judged.loop
         if not judged.stable:
-            growth = max(float(judged.poles.real.max()), 0.0)
-            reading = Reading(-growth, reading.frequency_hz)
+            growth = 0.0 if loop.undecided else max(float(judged.poles.real.max()), 0.0)
+            reading = reading._replace(value=-growth, note=loop.loud_fault)
         return VariedArm(MappingProxyType(properties), reading, judged.stable, how)
 
     def rank(self, k: int) -> tuple[bool, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -11,6 +12,7 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.design import Controller
+from slewctl.errors import AccuracyError
 from slewctl.loop.curves import draw
 from slewctl.loop.parts import Pair, negated
 from slewctl.loop.single.classical_margins import classical_margins
@@ -120,6 +122,11 @@ class Loop:
         return bool(self.poles.real.max() < -stability_threshold(np.asarray(self.linear.A)))
 
     @property
+    def poles_known(self) -> bool:
+        """Whether the poles of a stable loop are on their side by more than rounding."""
+        return self.stable_by_poles
+
+    @property
     def _near_limit(self) -> bool:
         """Whether no computed pole is unstable by more than rounding."""
         return bool(self.poles.real.max() <= stability_threshold(np.asarray(self.linear.A)))
@@ -225,6 +232,8 @@ class Loop:
         ------
         UnstableLoopError
             The cost of an unstable loop is infinite.
+        AccuracyError
+            If poles are known to rounding only; see `require_stable`.
         """
         self.require_stable("an H2 cost")
         return self.h2_by_poles
@@ -271,12 +280,20 @@ class Loop:
 
     def _repr_html_(self) -> str:
         told = f"<p>{escape(self.describe())}</p>"
-        return f"<div>{told}{self.margins._repr_html_()}</div>" if self.stable else told
+        with suppress(AccuracyError):
+            return f"<div>{told}{self.margins._repr_html_()}</div>" if self.stable else told
+        return told
 
     def describe(self) -> str:
         """Return one line: stable with its margins, or unstable and where."""
         if not self.stable:
             return f"{self.loud_fault} (an unstable loop has no margins)"
+        try:
+            return self._described()
+        except AccuracyError as error:  # stable, but of its figures not all are known
+            return f"stable; {error}"
+
+    def _described(self) -> str:
         m = self.margins
         doubt = "" if m.confirmed else " (margins NOT confirmed)"
         doubt += "" if self.controller.certificate.verified else " (design NOT verified)"
@@ -287,9 +304,23 @@ class Loop:
         )
 
     def require_stable(self, what: str) -> None:
-        """Raise `UnstableLoopError` if the loop has not got `what` because it is unstable."""
+        """Raise `UnstableLoopError` if the loop has not got `what` because it is unstable.
+
+        Raises
+        ------
+        AccuracyError
+            For all but margins, if the loop is stable as is proved but its computed poles are
+            within rounding of the limit: what is computed from them would be rounding too.
+        """
         if not self.stable:
             said = f"the loop is {self.fault}, and has not {what}"
             if not self.undecided and BrokenLoop(self.opened).stable_if_reversed:
                 said += "; with the opposite sign of the feedback it is stable"
             raise UnstableLoopError(said, where="loop", remedy="ask loop.stable first")
+        if what != "margins" and not self.poles_known:
+            raise AccuracyError(
+                f"the loop is proved to be stable, but of {what} nothing is known: a pole at "
+                f"{self.unstable_hz[0]:.4g} Hz is nearer to the limit than rounding",
+                where="loop",
+                remedy="give modes some damping; margins do without poles",
+            )

@@ -75,6 +75,11 @@ class DelayedLoop(Loop):
         return isinstance(self._certified, Margins)
 
     @property
+    def poles_known(self) -> bool:
+        """Padé's are no poles of this loop; see `require_stable`."""
+        return True
+
+    @property
     def undecided(self) -> str:
         """Why nobody knows whether the loop is stable; empty where it is known."""
         found = self._certified
@@ -101,13 +106,6 @@ class DelayedLoop(Loop):
         """Return L at each ω in rad/s, its dead time exact."""
         lag = np.exp(-1j * np.asarray(omega) * self.late)
         return np.asarray(self._undelayed_response(omega) * lag)
-
-    def describe(self) -> str:
-        """Return one line, as `Loop.describe`; where Padé's is not stable, that instead."""
-        try:
-            return super().describe()
-        except AccuracyError as error:
-            return f"{'' if self.stable else 'un'}stable; {error}"
 
     def require_stable(self, what: str) -> None:
         """Raise `UnstableLoopError` if the loop is not, `AccuracyError` if Padé's alone is not."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slewctl._types import Array
+from slewctl.errors import AccuracyError
 from slewctl.loop.closed import Loop
 from slewctl.loop.sampled import SampledLoop
 from slewctl.numerics.balance import balance
@@ -18,6 +19,8 @@ from slewctl.plant.places import knows
 from slewctl.plant.signals import TORQUE
 from slewctl.plant.statespace import APPLIED
 
+# A variance is negative where it is by more than this of what it is the sum of.
+_NEGATIVE = 1e-9
 _TIP, _TORQUE, _VOLTAGE = "z_tip", "z_torque", "z_voltage"
 
 
@@ -106,6 +109,13 @@ def _continuous(loop: Loop, watched: GeneralisedPlant) -> dict[str, float]:
     As, Bs, Cs = A / scale[:, None] * scale, B / scale[:, None], C * scale
     covariance = solve_lyapunov(As, -Bs @ Bs.T)
     variances = np.einsum("ij,jk,ik->i", Cs, covariance, Cs)
+    sizes = np.einsum("ij,jk,ik->i", *map(np.abs, (Cs, covariance, Cs)))
+    if np.any(variances < -_NEGATIVE * sizes):
+        raise AccuracyError(
+            "a variance comes out negative: a mode hardly decays beside rounding",
+            where="noise",
+            remedy="give modes some damping",
+        )
     variances = np.where(D.any(axis=1), math.inf, np.maximum(variances, 0.0))
     return dict(zip(closed.output_labels, np.sqrt(variances).tolist(), strict=True))
 

@@ -7,7 +7,7 @@ from scipy.linalg.lapack import dgebal, zgebal
 
 from slewctl._types import Array, ComplexArray, IntArray
 
-# Of scaling groups of states, each in a unit of inputs and outputs that the one before has left.
+# How often groups of states are scaled: each time inputs and outputs have other sizes.
 _ROUNDS = 4
 
 
@@ -48,7 +48,7 @@ def balance_realisation(A: Array, B: Array, C: Array) -> Array:
     As `balance_system`, in units of inputs and outputs that make B and C as large as A: a
     state that A couples with no other is scaled by what reaches it and where it is seen.  So
     are states that A couples both ways with each other alone, as those of a mode, all of them
-    by one factor: scaled one by one they would hold each other where they are.  What one such
+    by one factor: LAPACK scales one at a time, and each would unbalance its pair.  What one such
     group does to the next is then of the size of a row of A: were it as large as the largest,
     no slow mode behind a lag could be told from it.
     """
@@ -89,10 +89,11 @@ def _of_groups(group: IntArray, A: Array, b: Array, c: Array) -> Array:
     count = int(group.max()) + 1
     if count == 1:
         return np.ones(len(A))
-    member = (group == np.arange(count)[:, None]).astype(float)
-    between = np.sqrt(member @ np.abs(A) ** 2 @ member.T)
+    between, into, out = np.zeros((count, count)), np.zeros(count), np.zeros(count)
+    np.maximum.at(between, (group[:, None], group), np.abs(A))  # no square, of any size
     np.fill_diagonal(between, 0.0)
-    into, out = np.sqrt(member @ b**2), np.sqrt(member @ c**2)
+    np.maximum.at(into, group, b)
+    np.maximum.at(out, group, c)
     return np.asarray(balance_system(between, into[:, None], out[None, :])[group])
 
 

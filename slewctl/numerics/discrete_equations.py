@@ -7,12 +7,13 @@ from scipy.linalg import LinAlgError, solve_triangular
 
 from slewctl._types import Array
 from slewctl.errors import AccuracyError
-from slewctl.numerics.balance import balance
 from slewctl.numerics.matrix_equations import (
     LEFT,
+    MOST_STEPS,
     NEAR,
+    STILL,
     RiccatiSolution,
-    balance_priced,
+    in_better_scale,
     norm_or_one,
 )
 
@@ -94,10 +95,9 @@ def solve_discrete_riccati(
     root = np.asarray(np.linalg.cholesky(R), dtype=float)
     priced = solve_triangular(root, B.T, lower=True).T  # B R^(−T/2)
     cross = np.zeros_like(B) if S is None else solve_triangular(root, S.T, lower=True).T
-    try:
-        return _solve(A, priced, Q, cross, root, balance_priced(A, priced, Q), refine, near)
-    except AccuracyError:  # as of the continuous equation
-        return _solve(A, priced, Q, cross, root, balance(A), refine, near)
+    return in_better_scale(
+        lambda scale: _solve(A, priced, Q, cross, root, scale, refine, near), A, priced, Q
+    )
 
 
 def _solve(
@@ -119,8 +119,12 @@ def _solve(
         found = _from_gain(An, Bn, Qn, Sn, root.T @ (near * scale))
     if found is None:
         gain = _first_gain(An - Bn @ Sn.T, Bn, Qn - Sn @ Sn.T) + Sn.T
-        for _ in range(1 + refine):
+        for _ in range(MOST_STEPS if refine else 1):
+            before = gain
             X, gain = _newton_step(An, Bn, Qn, Sn, gain)
+            moved, size = (np.linalg.norm(each, axis=1) for each in (gain - before, gain))
+            if np.all(moved <= STILL * size):
+                break
     else:
         X, gain = found
     terms = (X, An.T @ X @ An, (An.T @ X @ Bn + Sn) @ gain, Qn)

@@ -1,13 +1,15 @@
 """Matrix equations of control, solved in balanced coordinates and checked.
 
 Flexible plants mix displacements of 1e-6 m with rates of 1 rad/s and frequencies over
-four decades.  Each routine therefore balances the state matrix first, and returns beside
+four decades.  Each routine therefore scales the states first, and returns beside
 its result how well an independent computation confirms it.
 """
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,11 +67,32 @@ def solve_riccati(
     """
     root = np.asarray(np.linalg.cholesky(R), dtype=float)
     priced = solve_triangular(root, B.T, lower=True).T  # B R^(−T/2)
+    return in_better_scale(
+        lambda scale: _solve(A, priced, Q, root, scale, refine, near), A, priced, Q
+    )
+
+
+def in_better_scale(
+    solve: Callable[[Array], RiccatiSolution], A: Array, B: Array, Q: Array
+) -> RiccatiSolution:
+    """Return what is solved in scales of states that prices set, or where A's own are better.
+
+    They are where prices differ from A by many decades.
+
+    Parameters
+    ----------
+    solve : callable
+        From scales.
+    A, B, Q : ndarray, shapes (n, n), (n, m), (n, n)
+    """
     try:
-        return _solve(A, priced, Q, root, balance_priced(A, priced, Q), refine, near)
+        found = solve(balance_priced(A, B, Q))
     except AccuracyError:
-        # Prices that differ from A by many decades: what A alone says may be the better scale.
-        return _solve(A, priced, Q, root, balance(A), refine, near)
+        return solve(balance(A))
+    if found.residual > _DOUBTFUL:
+        with suppress(AccuracyError):
+            found = min(found, solve(balance(A)), key=lambda each: each.residual)
+    return found
 
 
 def balance_priced(A: Array, B: Array, Q: Array) -> Array:
@@ -118,12 +141,14 @@ def solve_lyapunov(A: Array, Q: Array) -> Array:
         return np.asarray(solve_continuous_lyapunov(A, Q), dtype=float)
 
 
+# With a larger one than a solution without refinement may leave, other scales are tried.
+_DOUBTFUL = 1e-6
 # With a residual so small a solution is as good as rounding lets it be.
 _SOLVED = 1e-13
 # From a gain that leaves more than this other ways are shorter; with this little it is found.
 NEAR, LEFT = 1e-2, 1e-9
 # Newton steps at most, and the relative change of a gain after which none is needed.
-_MOST_STEPS, _STILL = 6, 1e-8
+MOST_STEPS, STILL = 6, 1e-8
 
 
 def _solved(A: Array, B: Array, Q: Array, refine: bool = True) -> tuple[Array, float]:
@@ -162,12 +187,12 @@ def _refined(A: Array, B: Array, Q: Array, X: Array) -> tuple[Array, float]:
     of no input by more than a part in 1e8: what is left is the square of that.  Inputs whose
     prices differ by millions need a few.
     """
-    for _ in range(_MOST_STEPS):
+    for _ in range(MOST_STEPS):
         step = solve_lyapunov((A - B @ B.T @ X).T, -_riccati_defect(A, B, Q, X)[0])
         step = (step + step.T) / 2
         X = X + step
         moved, gain = (np.linalg.norm(B.T @ each, axis=1) for each in (step, X))
-        if np.all(moved <= _STILL * gain):
+        if np.all(moved <= STILL * gain):
             break
     return X, _residual(A, B, Q, X)
 

@@ -12,7 +12,9 @@ from click.testing import CliRunner
 import slewctl as sc
 from slewctl.arm import Actuator
 from slewctl.cli.commands import cli
-from slewctl.compare import read
+from slewctl.compare import evaluate, read
+from slewctl.files import read_design
+from slewctl.loop.noise import noise_levels
 from slewctl.loop.single.proved_stability import proved_stability
 
 # No damping but that of the hub, and torque against angle and rate at the same place.
@@ -76,3 +78,45 @@ def test_a_dead_time_beside_undamped_modes_fails_with_its_reason(tmp_path: Path)
     assert checked.exit_code == 1
     assert "not proved to be stable: nothing is certain" in " ".join(checked.output.split())
     assert "BROKEN" not in checked.output
+
+
+# An integrator that friction slows over a hundred thousand years: margins are proved, and the
+# poles that levels and costs would come from are rounding.
+FAINT = """
+arm = { name = "faint", damping_ratio = 1e-3, beam = { length = 1.0, mass_per_length = 0.5, \\
+bending_stiffness = 3.7e6 }, hub = { inertia = 2.0, friction = 0.18 } }
+truth = { modes = 6 }
+requirements = { stable = true, tip_rms_max = 0.001, torque_rms_max = 1e-9, h2_loss_max = 1.0 }
+[controller]
+method = "given"
+A = [[-0.111]]
+B = [[1.36e-12, 8.78e-08]]
+C = [[1.0]]
+D = [[0.0, 0.0]]
+inputs = ["theta", "theta_dot"]
+feedback = "negative"
+limits = { theta = 0.1, torque = 1.0 }
+noise = { torque = 0.1, theta = 0.01, theta_dot = 0.01 }
+""".replace("\\\n", "")
+
+
+def test_what_needs_the_poles_is_not_known_where_only_margins_are_proved(tmp_path: Path) -> None:
+    path = tmp_path / "faint.toml"
+    path.write_text(FAINT)
+    judged = evaluate(read_design(path).case).judgement
+    loop = judged.loop
+    assert loop.stable
+    assert not loop.stable_by_poles
+    assert loop.margins.phase_deg.value > 30
+    for name in ("tip_rms", "torque_rms", "h2_cost", "h2_loss", "settling_time"):
+        reading = read(judged, name)
+        assert np.isnan(reading.value)
+        assert "nearer to the limit than rounding" in reading.note
+    assert read(judged, "decay_rate_min").value == 0.0
+    assert loop.describe().startswith("stable; ")
+    assert "stable" in loop._repr_html_()
+    checked = CliRunner().invoke(cli, ["check", str(path)])
+    assert checked.exit_code == 1
+    assert "BROKEN" not in checked.output
+    with pytest.raises(sc.AccuracyError, match="levels under noise"):
+        noise_levels(loop)
