@@ -119,7 +119,12 @@ class Loop:
     @cached_property
     def stable_by_poles(self) -> bool:
         """The same as `poles` tell, which are of an approximation where there is dead time."""
-        return bool(self.poles.real.max() < -stability_threshold(np.asarray(self.linear.A)))
+        return bool(self.poles.real.max() < -self._rounding)
+
+    @cached_property
+    def _rounding(self) -> float:
+        """How far from the axis a computed pole must be for its side to be known."""
+        return stability_threshold(np.asarray(self.linear.A))
 
     @property
     def poles_known(self) -> bool:
@@ -129,7 +134,7 @@ class Loop:
     @property
     def _near_limit(self) -> bool:
         """Whether no computed pole is unstable by more than rounding."""
-        return bool(self.poles.real.max() <= stability_threshold(np.asarray(self.linear.A)))
+        return bool(self.poles.real.max() <= self._rounding)
 
     @cached_property
     def _proved(self) -> bool | None:
@@ -139,8 +144,7 @@ class Loop:
     @property
     def unstable_hz(self) -> tuple[float, ...]:
         """Frequencies of the poles that may not be stable, fastest growing first."""
-        threshold = stability_threshold(np.asarray(self.linear.A))
-        bad = self.poles[(self.poles.real >= -threshold) & (self.poles.imag >= 0)]
+        bad = self.poles[(self.poles.real >= -self._rounding) & (self.poles.imag >= 0)]
         bad = bad[np.argsort(-bad.real)]
         return tuple(float(abs(pole) / (2 * np.pi)) for pole in bad)
 

@@ -89,11 +89,12 @@ def _of_groups(group: IntArray, A: Array, b: Array, c: Array) -> Array:
     count = int(group.max()) + 1
     if count == 1:
         return np.ones(len(A))
-    between, into, out = np.zeros((count, count)), np.zeros(count), np.zeros(count)
-    np.maximum.at(between, (group[:, None], group), np.abs(A))  # no square, of any size
+    order = np.argsort(group, kind="stable")
+    first = np.searchsorted(group[order], np.arange(count))
+    into, out = (np.maximum.reduceat(sizes[order], first) for sizes in (b, c))  # no squares
+    rows = np.maximum.reduceat(np.abs(A)[np.ix_(order, order)], first, axis=0)
+    between = np.maximum.reduceat(rows, first, axis=1)
     np.fill_diagonal(between, 0.0)
-    np.maximum.at(into, group, b)
-    np.maximum.at(out, group, c)
     return np.asarray(balance_system(between, into[:, None], out[None, :])[group])
 
 
