@@ -274,6 +274,13 @@ def check_path(value: object, name: str) -> Path:
     raise InputError(f"{shown(value)} is no path", where=name, remedy="give the path of a file")
 
 
+def check_paths(values: object, name: str) -> list[Path]:
+    """Return the paths of one file or of several; refuse what is none."""
+    if isinstance(values, Iterable) and not isinstance(values, str | PathLike):
+        return [check_path(value, name) for value in values]
+    return [check_path(values, name)]
+
+
 def check_choice(value: object, choices: Iterable[str], name: str) -> str:
     """Return `value`; refuse what is not among `choices` and suggest the nearest."""
     known = sorted(choices)

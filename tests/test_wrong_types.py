@@ -11,6 +11,11 @@ import numpy as np
 import pytest
 
 import slewctl as sc
+from slewctl.check import read_baseline
+from slewctl.compare import rows
+from slewctl.export import read_data
+from slewctl.files import example_design, read_arm, read_design, read_designs, read_study
+from slewctl.gate import check_designs, check_file
 
 ARM = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
 PLANT = ct.tf([1], [1, 1])
@@ -37,6 +42,14 @@ FILES: dict[str, Callable[[Any], object]] = {
     "a law": lambda bad: sc.given(file=bad),
     "a log": sc.read_log,
     "a response": sc.read_response,
+    "a design": read_design,
+    "designs": lambda bad: read_designs([bad]),
+    "an arm": read_arm,
+    "a study": read_study,
+    "a baseline": read_baseline,
+    "a gate": check_file,
+    "data": read_data,
+    "rows": rows,
 }
 
 
@@ -53,6 +66,14 @@ def test_another_type_is_refused_in_one_line(name: str, bad: object) -> None:
 def test_what_is_no_path_is_refused(name: str, bad: object) -> None:
     with pytest.raises(sc.InputError, match="is no path"):
         FILES[name](bad)
+
+
+def test_a_path_may_be_a_text() -> None:
+    path = example_design()
+    assert read_design(str(path)).case.name == path.stem
+    (found,) = check_designs(str(path))
+    assert found.status == "passed"
+    assert [design.path for design in read_designs(str(path.parent))] == [path]
 
 
 @pytest.mark.parametrize(("angle", "limit"), [(1e-300, 1.0), (1.0, 1e300)])

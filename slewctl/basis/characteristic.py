@@ -8,6 +8,7 @@ relative accuracy however large the root is.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -40,7 +41,12 @@ def clamped_free_roots(n: int) -> Roots:
     InputError
         If n < 1.
     """
-    i = np.arange(1, check_count(n, "n") + 1)
+    return _clamped_free(check_count(n, "n"))
+
+
+@lru_cache(maxsize=64)  # every table of functions begins with them
+def _clamped_free(n: int) -> Roots:
+    i = np.arange(1, n + 1)
     asymptote = (2 * i - 1) * np.pi / 2
     sign = np.where(i % 2 == 1, 1.0, -1.0)
     delta = np.zeros(n)
@@ -49,7 +55,7 @@ def clamped_free_roots(n: int) -> Roots:
         sech = 2 * np.exp(-z) / (1 + np.exp(-2 * z))
         residual = np.sin(delta) - sign * sech
         delta -= residual / (np.cos(delta) + sign * sech * np.tanh(z))
-    return Roots(asymptote + delta, sign * np.cos(delta), -sign * np.sin(delta))
+    return _kept(asymptote + delta, sign * np.cos(delta), -sign * np.sin(delta))
 
 
 def slewing_roots(n: int) -> Roots:
@@ -68,14 +74,26 @@ def slewing_roots(n: int) -> Roots:
     InputError
         If n < 1.
     """
-    i = np.arange(1, check_count(n, "n") + 1)
+    return _slewing(check_count(n, "n"))
+
+
+@lru_cache(maxsize=64)
+def _slewing(n: int) -> Roots:
+    i = np.arange(1, n + 1)
     asymptote = (4 * i + 1) * np.pi / 4
     delta = np.zeros(n)
     for _ in range(8):
         delta = -np.arctan(np.exp(-2 * (asymptote + delta)))
     sign = np.where(i % 2 == 1, -1.0, 1.0) / np.sqrt(2.0)
-    return Roots(
+    return _kept(
         asymptote + delta,
         sign * (np.cos(delta) + np.sin(delta)),
         sign * (np.cos(delta) - np.sin(delta)),
     )
+
+
+def _kept(*columns: Array) -> Roots:
+    """Return roots that nobody changes, for all that ask."""
+    for column in columns:
+        column.flags.writeable = False
+    return Roots(*columns)

@@ -18,9 +18,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from slewctl._types import FilePath
 from slewctl.check.result import DesignResult
 from slewctl.compare import QUANTITIES
-from slewctl.errors import InputError, check_choice, check_number, shown
+from slewctl.errors import InputError, check_choice, check_number, check_path, shown
 from slewctl.textfile import read_text
 
 SCHEMA = "slewctl-baseline/2"
@@ -75,6 +76,10 @@ class Baseline:
         except ValueError:  # on another drive
             return whole.as_posix()
 
+    def file(self, name: str) -> Path:
+        """Return the design file of a name, whether or not there is the baseline's own folder."""
+        return Path(os.path.normpath(self.path.parent.resolve() / name))
+
     def accepted(self, file: Path, digest: str = "") -> Accepted | None:
         """Return what was accepted of a design file, None if it is new.
 
@@ -88,17 +93,17 @@ class Baseline:
         if found is not None:
             return found
         for name, entry in self.designs.items():
-            if digest and entry.digest == digest and not (self.path.parent / name).exists():
+            if digest and entry.digest == digest and not self.file(name).exists():
                 return entry
         return None
 
 
-def read_baseline(path: Path, *, may_be_missing: bool = False) -> Baseline:
+def read_baseline(path: FilePath, *, may_be_missing: bool = False) -> Baseline:
     """Return a baseline file.
 
     Parameters
     ----------
-    path : Path
+    path : str or PathLike
     may_be_missing : bool
         Return an empty baseline for a file that isn't there.
 
@@ -118,6 +123,7 @@ def read_baseline(path: Path, *, may_be_missing: bool = False) -> Baseline:
     >>> read_baseline(Path("never-accepted.json"), may_be_missing=True).designs
     {}
     """
+    path = check_path(path, "path")
     try:
         text = read_text(path, most=_MOST_BYTES)
     except FileNotFoundError:
@@ -218,7 +224,7 @@ def accept(baseline: Baseline, results: Sequence[DesignResult]) -> tuple[Baselin
         elif result.status in _WHY:
             notes.append(f"{result.name}: not accepted, since it {_WHY[result.status]}")
     for name in list(designs):
-        if not (baseline.path.parent / name).exists():
+        if not baseline.file(name).exists():
             notes.append(f"{name}: dropped, since the file is gone")
             del designs[name]
     return replace(baseline, designs=designs), notes

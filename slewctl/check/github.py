@@ -9,21 +9,23 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from slewctl._types import FilePath
 from slewctl.check.result import DesignResult
 from slewctl.check.words import GONE, sentence, title
+from slewctl.errors import check_path
 from slewctl.escape import Escaped, github_data, github_property
 
 # GitHub shows ten errors of a step, so that the broken files come first.
 _ORDER = {"broken": 0, "missing": 1, "failed": 1, "passed": 2, "unchanged": 2}
 
 
-def to_annotations(results: Sequence[DesignResult], root: Path) -> list[str]:
+def to_annotations(results: Sequence[DesignResult], root: FilePath) -> list[str]:
     """Return one line for each failure and each design that could not be judged.
 
     Parameters
     ----------
     results : sequence of DesignResult
-    root : Path
+    root : str or PathLike
         Folder of the repository; files below it are named from there.
 
     Returns
@@ -38,6 +40,7 @@ def to_annotations(results: Sequence[DesignResult], root: Path) -> list[str]:
     >>> to_annotations([broken], Path())[0]
     '::error file=designs/arm.toml,line=1,title=slewctl%3A cannot be judged::no such basis'
     """
+    root = check_path(root, "root")
     lines = []
     for result in sorted(results, key=lambda result: _ORDER[result.status]):
         file = _relative(result.file, root)

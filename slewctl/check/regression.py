@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -81,12 +82,17 @@ def missing(baseline: Baseline, results: Iterable[DesignResult]) -> tuple[Design
     >>> missing(Baseline(Path("accepted.json"), {}), [])
     ()
     """
-    renamed = {result.digest for result in results}
-    return tuple(
-        DesignResult(name, baseline.path.parent / name, missing=True)
-        for name, entry in baseline.designs.items()
-        if not (baseline.path.parent / name).exists() and entry.digest not in renamed
-    )
+    # One that was accepted under its own name is no other one renamed.
+    new = Counter(r.digest for r in results if baseline.key(r.file) not in baseline.designs)
+    found = []
+    for name, entry in baseline.designs.items():
+        if baseline.file(name).exists():
+            continue
+        if new[entry.digest]:
+            new[entry.digest] -= 1
+        else:
+            found.append(DesignResult(name, baseline.path.parent / name, missing=True))
+    return tuple(found)
 
 
 def _finding(

@@ -81,7 +81,7 @@ def compare_designs(paths: Sequence[Path], outputs: Outputs) -> int:
     outputs.check()
     names = name_designs(find_designs(paths))
     if not names:
-        raise InputError("only studies, no design", remedy="name a design file")
+        raise InputError("only studies or arms, no design", remedy="name a design file")
     told = Told()
     designs = [told.trying(read_design, path, name) for path, name in names.items()]
     good = [design for design in designs if design is not None]
@@ -235,6 +235,8 @@ def print_ladder(design: Path, basis: str | None, n: int | None) -> None:
         table.add_row(str(rung.modes), f"{rung.frequency_hz:.5g}", *_rung_cells(rung, headings))
     OUT.print(str(ladder))
     show(table)
+    if ladder.unknown:
+        OUT.print(f"Not known: {ladder.unknown}")
 
 
 def _rung_cells(rung: Rung, names: Collection[str]) -> Iterable[str]:

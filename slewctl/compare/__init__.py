@@ -13,7 +13,6 @@ if TYPE_CHECKING:
         LoopCurves,
         ModeShapes,
         Refusal,
-        TruthSummary,
         compare,
         count_designs,
     )
@@ -53,6 +52,7 @@ if TYPE_CHECKING:
     from slewctl.compare.study.run import run_study
     from slewctl.compare.study.slices import StudySlice
     from slewctl.compare.study.sweep import Piece, WorkerDiedError, sweep
+    from slewctl.compare.truth_summary import TruthSummary
     from slewctl.compare.worst_arm import VariedArm, WorstCase, worst_case
     from slewctl.compare.worst_arm import most_arms as most_arms
     from slewctl.loop.robust.destabilised_mode import DestabilisedMode, destabilised_mode

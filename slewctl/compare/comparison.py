@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -12,19 +11,19 @@ import numpy as np
 from slewctl._show import Axes, Tabular, axes_or_new
 from slewctl._threads import single_threaded
 from slewctl._types import Array
-from slewctl.arm import Arm, ModalData
+from slewctl.arm import ModalData
 from slewctl.compare.case import Case, Origin
 from slewctl.compare.convergence import Followed, follow
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.ladder import Ladder, climb, steps
 from slewctl.compare.quantities import QUANTITIES, RECORDED, WEIGHTED
 from slewctl.compare.reading import row
+from slewctl.compare.truth_summary import TruthSummary, summary_of
 from slewctl.design.methods import GIVEN
-from slewctl.design.result import Controller
 from slewctl.errors import SlewctlError
 from slewctl.loop import SlewResponse
 from slewctl.loop.curves import curve
-from slewctl.model import Model, Truth, beam_inertia
+from slewctl.model import Model
 
 if TYPE_CHECKING:
     from slewctl.loop.on_measured import OnMeasured
@@ -81,38 +80,6 @@ class ModeShapes:
     x: Array
     shapes: Array
     frequencies_hz: Array
-
-
-@dataclass(frozen=True)
-class TruthSummary:
-    """What the truth of a case is worth.
-
-    Attributes
-    ----------
-    modes, functions : int
-        Flexible modes kept, polynomial functions they were computed with.
-    tolerance : float
-        Largest estimated relative error of the kept frequencies.
-    frequencies_hz : tuple of float
-    optimal_cost : float or None
-        Smallest squared H2 norm that any controller achieves on it with the case's clock; None
-        without limits and noise, as the drift.
-    optimal_verified : bool
-    optimum_drift : float or None
-        Relative change of the optimal cost on a truth of twice the modes.
-    hub_ratio : float
-        Hub inertia (with the motor's rotor) over that of the beam about the axis; of an arm
-        from modal data the inertia that no mode moves over that which they do.
-    """
-
-    modes: int
-    functions: int
-    tolerance: float
-    frequencies_hz: tuple[float, ...]
-    optimal_cost: float | None
-    optimal_verified: bool
-    optimum_drift: float | None
-    hub_ratio: float
 
 
 @dataclass(frozen=True)
@@ -323,7 +290,7 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
     chosen = next(e for e in evaluations if e.origin == case.origin)
     return CaseResult(
         case,
-        _summary(judge, chosen),
+        summary_of(judge, chosen),
         chosen,
         tuple(follow(chosen.judgement, name) for name in FOLLOWED if _told(case, name)),
         tuple(evaluations),
@@ -337,38 +304,6 @@ def _compare_one(case: Case, progress: Progress) -> CaseResult:
 def _told(case: Case, name: str) -> bool:
     """Whether a quantity has a meaning: nothing costs without limits and noise."""
     return case.objective.weighted or QUANTITIES[name].kind not in WEIGHTED
-
-
-def _summary(judge: Judge, chosen: Evaluation) -> TruthSummary:
-    judged = chosen.judgement
-    finer, weighted = judged.finer, judge.case.objective.weighted
-    optimum = judged.optimum if weighted else None
-    drift = finer.optimum.h2_cost / optimum.h2_cost - 1 if optimum and finer else math.nan
-    return truth_summary(judge.truth, optimum, drift)
-
-
-def truth_summary(
-    model: Truth, optimum: Controller | None = None, drift: float = math.nan
-) -> TruthSummary:
-    """Return what a truth is worth, and the optimum on it where it is known."""
-    return TruthSummary(
-        modes=model.modes,
-        functions=model.functions,
-        tolerance=model.tolerance,
-        frequencies_hz=tuple(float(f) for f in model.frequencies_hz),
-        optimal_cost=optimum.h2_cost if optimum else None,
-        optimal_verified=optimum is not None and optimum.certificate.verified,
-        optimum_drift=drift if optimum else None,
-        hub_ratio=_hub_ratio(model.arm),
-    )
-
-
-def _hub_ratio(arm: Arm) -> float:
-    """Return the hub's inertia over the beam's; of modal data what no mode moves over the rest."""
-    if isinstance(arm.beam, ModalData):
-        rigid = arm.beam.rigid_remainder(arm.hub_inertia)
-        return rigid / (arm.beam.inertia + arm.hub_inertia - rigid)
-    return arm.hub_inertia / beam_inertia(arm)
 
 
 def loop_curves(evaluation: Evaluation) -> LoopCurves:

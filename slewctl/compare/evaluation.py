@@ -15,7 +15,7 @@ from slewctl.compare.case import Case, Origin
 from slewctl.compare.design_basis import DesignModel, design_model
 from slewctl.compare.judgement import Judgement, Yardstick, yardstick
 from slewctl.design import Controller
-from slewctl.errors import SlewctlError
+from slewctl.errors import AccuracyError, SlewctlError
 from slewctl.loop import Slew
 from slewctl.model import Truth, truth
 
@@ -66,9 +66,14 @@ class Evaluation:
 
     @property
     def loss(self) -> float | None:
-        """Cost over the optimum, less one; None for an unstable loop, or without weights."""
-        weighted = self.judgement.loop.objective.weighted
-        return self.judgement.loss if self.stable and weighted else None
+        """Cost over the optimum, less one; None for an unstable loop, without weights, or where
+        either cost is not known."""
+        if not (self.stable and self.judgement.loop.objective.weighted):
+            return None
+        try:
+            return self.judgement.loss
+        except AccuracyError:  # the reading of it says why
+            return None
 
     @property
     def frequencies(self) -> Array:

@@ -105,7 +105,7 @@ class Yardstick:
 
     def judge(self, controller: Controller, slew: Slew) -> Judgement:
         """Return what a controller achieves on the truth."""
-        loop = replace(close(self.model, self.objective, controller), known=self.plant)
+        loop = replace(close(self.model, self.objective, controller), source=self)
         return Judgement(loop, self, shaped_for(slew, loop))
 
 

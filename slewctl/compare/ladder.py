@@ -20,9 +20,10 @@ from slewctl.basis import Combined
 from slewctl.compare.case import Case, Origin
 from slewctl.compare.evaluation import Judge
 from slewctl.compare.judgement import Judgement, Yardstick, yardstick
+from slewctl.compare.quantities import UNWEIGHTED
 from slewctl.compare.reading import read
 from slewctl.design import Controller
-from slewctl.errors import AccuracyError, InputError, SlewctlError, check_count
+from slewctl.errors import InputError, SlewctlError, check_count
 from slewctl.loop.robust.destabilised_mode import DestabilisedMode, destabilised_mode
 from slewctl.model import Truth
 
@@ -59,9 +60,9 @@ class Rung:
         return self.judgement.stable
 
     def value(self, name: str) -> float | None:
-        """Return a quantity of `slewctl.compare.QUANTITIES`, None where there is no value."""
-        value = read(self.judgement, name).value
-        return None if math.isnan(value) else value
+        """Return a quantity of `slewctl.compare.QUANTITIES`, None where none is confirmed."""
+        reading = read(self.judgement, name)
+        return None if math.isnan(reading.value) or reading.doubt else reading.value
 
 
 # What a ladder tells of each rung, in this order.
@@ -168,6 +169,17 @@ class Ladder(Tabular):
             return f"a pole at {lost.judgement.unstable_hz[0]:.4g} Hz"
         return str(lost.destabilised) if self.origin.basis else lost.destabilised.place
 
+    @property
+    def unknown(self) -> str:
+        """Why the first stable rung of which a quantity is not known has none; empty if none."""
+        for rung in self.rungs:
+            for name in TOLD if rung.stable else ():
+                reading = read(rung.judgement, name)
+                if rung.value(name) is None and reading.note != UNWEIGHTED:
+                    what = name.replace("_", " ")
+                    return f"{what} with N = {rung.modes}: {reading.doubt or reading.note}"
+        return ""
+
     def __str__(self) -> str:
         return f"{self.name}: {self.verdict}"
 
@@ -240,13 +252,7 @@ def _shorter(model: Truth) -> tuple[Truth, ...]:
 
 
 def climb(steps: Sequence[Yardstick], case: Case, origin: Origin, judgement: Judgement) -> Ladder:
-    """Return what becomes of one controller of a case step by step, to its known last one.
-
-    Raises
-    ------
-    AccuracyError
-        If an optimum with which a stable rung is compared is not confirmed by its own checks.
-    """
+    """Return what becomes of one controller of a case step by step, to its known last one."""
     controller = judgement.controller
     judged = (*(step.judge(controller, case.slew) for step in steps[:-1]), judgement)
     return Ladder(
@@ -260,12 +266,6 @@ def climb(steps: Sequence[Yardstick], case: Case, origin: Origin, judgement: Jud
 
 
 def _rung(judgement: Judgement, kept: int) -> Rung:
-    told = judgement.loop.objective.weighted and judgement.stable
-    if told and not judgement.optimum.certificate.verified:
-        raise AccuracyError(
-            f"the optimum with {judgement.modes} modes is {judgement.optimum.certificate}",
-            where="spillover_ladder",
-        )
     if judgement.controller.sample_time:
         return Rung(judgement, None)
     return Rung(judgement, destabilised_mode(judgement.loop, kept))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from slewctl.design import Controller
 from slewctl.design.digital.fixed_point import LEAST_WORD, MOST_WORD, LoopSignals
 from slewctl.design.digital.steps import check_sampled
 from slewctl.errors import DesignError, SlewctlError, check_positive
+from slewctl.loop import close
 from slewctl.loop.sampled import SampledLoop
 from slewctl.loop.tracking import tracking_controller
 from slewctl.numerics.interconnect import closed_matrix
@@ -36,16 +38,26 @@ class DigitalLoss:
         By the names of `slewctl.compare.QUANTITIES`; without values for an unstable loop.
     rounding : float
         Part of the later cost that the rounding of its signals adds at most; NaN without weights.
+    blur : float
+        Without weights: by how much of what they come to in the slew rounding moves readings and
+        command, root mean square; NaN with weights, whose cost has it.
     """
 
     before: Mapping[str, Reading]
     after: Mapping[str, Reading]
     rounding: float
+    blur: float = math.nan
 
     @property
     def margin(self) -> float:
         """Largest relative fall of a margin; one where the loop is lost."""
         return max(self._fall(name) for name in TOLD)
+
+    @property
+    def turned(self) -> float:
+        """Largest relative change of a margin: a rise too makes another law of it."""
+        rises = (DigitalLoss(self.after, self.before, 0.0)._fall(name) for name in TOLD)
+        return max(self.margin, *rises)
 
     @property
     def cost(self) -> float:
@@ -62,10 +74,15 @@ class DigitalLoss:
 
     @property
     def worst(self) -> float:
-        """The larger of both losses; infinite where the loop is lost."""
+        """The larger of both losses; infinite where the loop is lost.
+
+        Where no cost says what a law is worth, no margin may change, and no signal blur.
+        """
         if not self.stable:
             return math.inf
-        return self.margin if math.isnan(self.cost) else max(self.margin, self.cost)
+        if math.isnan(self.cost):
+            return max(self.turned, 0.0 if math.isnan(self.blur) else self.blur)
+        return max(self.margin, self.cost)
 
     def _fall(self, name: str) -> float:
         before, after = self.before[name].value, self.after[name].value
@@ -84,6 +101,8 @@ class DigitalLoss:
             now, then = self.after[name].value, self.before[name].value
             parts.append(f"{words} {now:.3g} instead of {then:.3g} {QUANTITIES[name].unit}".strip())
         told = f"; cost {self.cost:+.2g} relative" if math.isfinite(self.cost) else ""
+        if self.blur > 0:
+            told += f"; rounding moves signals by {self.blur:.2g} of what they come to in the slew"
         return f"{', '.join(parts)}{told}"
 
 
@@ -120,6 +139,7 @@ def digital_loss(before: Judgement, after: Judgement) -> DigitalLoss:
         {name: read(before, name) for name in names},
         {name: read(after, name) for name in names},
         _rounding(after),
+        _blur(before, after),
     )
 
 
@@ -131,6 +151,29 @@ def _rounding(judgement: Judgement) -> float:
     if not isinstance(loop, SampledLoop) or loop.rounding is None:
         return 0.0
     return loop.closed.cost_of_rounding(*loop.rounding)
+
+
+def _blur(before: Judgement, after: Judgement) -> float:
+    """Return by how much of their size rounding moves the signals of a loop without weights."""
+    loop = after.loop
+    if loop.objective.weighted or not after.stable:
+        return math.nan
+    if not isinstance(loop, SampledLoop) or loop.rounding is None:
+        return 0.0
+    seen = _kept_signals(before if before.controller.sample_time else after)
+    peaks = {
+        name: float(np.abs(column).max())
+        for name, column in zip(loop.objective.sensors, seen.readings.T, strict=True)
+    }
+    peaks[loop.objective.actuator] = float(np.abs(seen.command).max())
+    limits = {name: peak for name, peak in peaks.items() if peak > 0}
+    if len(limits) < 2 or loop.objective.actuator not in limits:
+        return 0.0  # nothing moves in this slew
+    sized = close(loop.model, replace(loop.objective, limits=limits, weighted=True),
+                  loop.controller)  # fmt: skip
+    if not isinstance(sized, SampledLoop):
+        raise TypeError("a sampled controller makes a sampled loop")
+    return math.sqrt(sized.closed.cost_of_rounding(*loop.rounding))
 
 
 def loop_signals(judgement: Judgement) -> LoopSignals:
@@ -186,6 +229,10 @@ def loop_signals(judgement: Judgement) -> LoopSignals:
     )
 
 
+# Of the same controller while its words are tried.
+_kept_signals = lru_cache(maxsize=2)(loop_signals)
+
+
 def _covariances(loop: SampledLoop, n: int) -> tuple[Array, Array, float]:
     """Return those of readings and states, and the command's variance, under the noise."""
     path, controller = loop.sampled.path, loop.controller.linear
@@ -206,7 +253,9 @@ def least_word(judgement: Judgement, loss: float = 0.01) -> tuple[Controller, Di
     judgement : Judgement
         Of a sampled controller whose loop is stable.
     loss : float
-        Largest relative fall of gain, phase, modulus and disk margin, and rise of the cost.
+        Largest relative fall of gain, phase, modulus and disk margin, and rise of the cost;
+        without weights largest change of these margins, and share of readings and command in
+        the slew that rounding moves them by.
 
     Returns
     -------
@@ -230,7 +279,7 @@ def least_word(judgement: Judgement, loss: float = 0.01) -> tuple[Controller, Di
     ('words of 13 bits', True)
     """
     check_positive(loss, "loss")
-    signals = loop_signals(judgement)
+    signals = _kept_signals(judgement)
     best = math.inf
     for word in range(LEAST_WORD, MOST_WORD + 1):
         try:

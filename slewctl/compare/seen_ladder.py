@@ -110,5 +110,5 @@ def climb_at_once(
 
 def _closed(step: Yardstick, controller: Controller, case: Case) -> Judgement:
     """Return the loop on a step; its slew is not asked for, and no shaper is made."""
-    loop = replace(close(step.model, step.objective, controller), known=step.plant)
+    loop = replace(close(step.model, step.objective, controller), source=step)
     return Judgement(loop, step, case.slew)

@@ -11,12 +11,12 @@ from slewctl.compare.comparison import (
     ModeShapes,
     loop_curves,
     mode_shapes,
-    truth_summary,
 )
 from slewctl.compare.evaluation import Evaluation, Judge
 from slewctl.compare.judgement import Judgement, Yardstick
 from slewctl.compare.ladder import Ladder, climb, steps
 from slewctl.compare.seen_ladder import climb_at_once
+from slewctl.compare.truth_summary import truth_summary
 
 
 @single_threaded

@@ -31,6 +31,40 @@ def anti_windup(controller: Controller) -> tuple[Array, str]:
     -------
     tuple of ndarray, shape (states,), and str
     """
+    entry, words = _entry(controller)
+    A, _, C, _ = controller.linear.matrices
+    left = winding(A, C, entry, controller.sample_time)
+    return entry, f"{left} winds up, and nothing leads it back" if left else words
+
+
+def winding(A: Array, C: Array, entry: Array, sample_time: float) -> str:
+    """Return which poles of a law go on while its command is cut off; empty if all of it settles.
+
+    Parameters
+    ----------
+    A, C : ndarray, shapes (n, n), (1, n)
+    entry : ndarray, shape (n,)
+        From `anti_windup`.
+    sample_time : float
+    """
+    if not len(A):
+        return ""
+    poles, vectors = np.linalg.eig(A - np.outer(entry, C[0]))
+    shown = np.abs(C[0] @ vectors) > _INTEGRATES * float(np.linalg.norm(C))
+    size = 1.0 if sample_time else float(np.abs(poles).max())
+    edge, reach = (1.0, np.abs(poles) - 1) if sample_time else (0.0, poles.real)
+    found: list[str] = []
+    for pole in poles[(reach >= -_INTEGRATES * size) & shown & (poles.imag >= 0)]:
+        # Of a double pole rounding makes two, as far from it as the root of what is left out.
+        if abs(pole - edge) <= np.sqrt(_INTEGRATES) * size:
+            found.append("an integrator")
+        else:
+            s = np.log(complex(pole)) / sample_time if sample_time else pole
+            found.append(f"a pole at {abs(s) / (2 * np.pi):.4g} Hz")
+    return " and ".join(dict.fromkeys(found))
+
+
+def _entry(controller: Controller) -> tuple[Array, str]:
     A, B, C, D = controller.linear.matrices
     T = controller.sample_time
     entry = np.zeros(len(A))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from slewctl.design.digital.fixed_point import check_word
 from slewctl.errors import InputError, check_choice, check_positive
+from slewctl.plant.signals import signal
 
 ARITHMETICS = ("double", "float", "fixed")
 
@@ -27,7 +29,8 @@ class CodeOptions:
     steps_per_unit : float or None
         Of the converter, per N·m or V; None if the command goes out in these.
     reversed : tuple of str
-        Sensors that count the other way round, and the actuator if it pushes the other way.
+        Encoders that count the other way round, and the actuator if it pushes the other way:
+        their functions of raw units turn the sign.
     stuck_s : float or None
         How long a reading may stand still in s while the command is at its limit; zero for
         any time, None for one period of the arm's first mode.
@@ -69,3 +72,22 @@ class CodeOptions:
                 check_positive(getattr(self, name), name)
         if self.stuck_s:
             check_positive(self.stuck_s, "stuck_s")
+
+    def check_reversed(self, sensors: Sequence[str], actuator: str) -> None:
+        """Refuse to reverse what a controller has not, or what has no raw units to be turned in.
+
+        Raises
+        ------
+        InputError
+        """
+        for place, name in enumerate(self.reversed):
+            where = f"reversed.{place}"
+            check_choice(name, [*sensors, actuator], where)
+            encoder = name != actuator and signal(name).unit == "rad"
+            key = "steps_per_unit" if name == actuator else "counts_per_turn" if encoder else ""
+            if not key or getattr(self, key) is None:
+                raise InputError(
+                    f"{name} has no raw units here, in whose function its sign is turned",
+                    where=where,
+                    remedy=f"give {key} too" if key else "turn its sign where it is read",
+                )

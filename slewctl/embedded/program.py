@@ -20,14 +20,13 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.compare import Judgement, digital_loss, least_word, loop_signals, read
 from slewctl.design import Controller
-from slewctl.design.anti_windup import anti_windup
+from slewctl.design.anti_windup import anti_windup, winding
 from slewctl.design.digital.arithmetic import Arithmetic
 from slewctl.design.digital.sections import in_sections
 from slewctl.design.reference import Reference, rigid_readings
 from slewctl.embedded.at_rest import entry_of, settled, starting_states
 from slewctl.embedded.options import CodeOptions
 from slewctl.embedded.sample_time import check_sampled
-from slewctl.errors import check_choice
 from slewctl.loop.tracking import tracking_controller
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.signals import signal
@@ -63,7 +62,7 @@ class Program:
     at_rest : ndarray, shape (sensors,)
         Readings there.
     limit : float
-        Of the command; infinite without one.
+        Of the command, where drive or words end; infinite without one.
     most_missed : int
         How many readings in a row may be missing.
     most_still : int
@@ -181,9 +180,7 @@ def program_of(
     given = judgement.controller
     check_sampled(judgement)
     judgement.loop.require_stable("a program")
-    signals = [*given.sensors, given.linear.output_labels[0]]
-    for place, wrong in enumerate(options.reversed):
-        check_choice(wrong, signals, f"reversed.{place}")
+    options.check_reversed(given.sensors, given.linear.output_labels[0])
     controller, said = _in_numbers(judgement, options)
     model = judgement.loop.model
     told = tracking_controller(controller, model)
@@ -194,16 +191,20 @@ def program_of(
         reference = settled(controller.linear, reference, at_rest)
     limit = model.arm.command_limit(controller.linear.output_labels[0])
     system, n = controller.linear, controller.linear.nstates
+    ends = limit
+    if controller.arithmetic is not None and controller.arithmetic.kind == "fixed":
+        words = controller.arithmetic
+        ends = min(limit, math.ldexp(words.largest, -words.command))
     H = np.zeros((n, 1))
-    if math.isfinite(limit):
+    if math.isfinite(ends):
         H = anti_windup(given)[0][:, None]
         H = H if controller is given else in_sections(given.linear).of_state(H)
     start, jump = starting_states(system, reference, at_rest)
     seen = loop_signals(judgement).largest
     room = np.array([*seen[:-2], seen[-1], seen[-2]])
-    said = (*said, *_said_of_limit(system, H, limit), *([jump] if jump else []))
+    said = (*said, _said_of_limit(system, H, ends, limit), *([jump] if jump else []))
     return Program(
-        identifier(name), controller, reference, H[:, 0], start, at_rest, limit,
+        identifier(name), controller, reference, H[:, 0], start, at_rest, ends,
         _missed(judgement), _still(judgement, options, limit), options, (*notes, *said), room,
     )  # fmt: skip
 
@@ -226,18 +227,25 @@ def _in_numbers(judgement: Judgement, options: CodeOptions) -> tuple[Controller,
     return made, (f"{made.arithmetic}: {loss}",)
 
 
-def _said_of_limit(system: LinearSystem, H: Array, limit: float) -> tuple[str, ...]:
+def _said_of_limit(system: LinearSystem, H: Array, ends: float, limit: float) -> str:
+    if not math.isfinite(ends):
+        return "no limit of the command is known: it is not cut off"
+    told = f"the command is cut off at {ends:g} {UNITS[system.output_labels[0]]}"
     if not math.isfinite(limit):
-        return ("no limit of the command is known: it is not cut off",)
-    unit = UNITS[system.output_labels[0]]
-    told = f"the command is cut off at {limit:g} {unit}"
+        told = f"no limit of the command is known: where its words end {told}"
+    if left := winding(system.A, system.C, H[:, 0], system.sample_time):
+        return f"{told}, and {left} winds up meanwhile: nothing leads it back"
     if not H.any():
-        return (f"{told}; nothing winds up",)
+        return f"{told}; nothing winds up"
     slowest = float(np.abs(np.linalg.eigvals(system.A - H @ system.C)).max())
     if not slowest:
-        return (f"{told}, which the states know at once",)
-    return (f"{told}, after which the states settle with a time constant of "
-            f"{-system.sample_time / math.log(slowest):.3g} s",)  # fmt: skip
+        return f"{told}, which the states know at once"
+    if slowest >= 1:  # what the command does not show
+        return f"{told}, which the states are told"
+    return (
+        f"{told}, after which the states settle with a time constant of "
+        f"{-system.sample_time / math.log(slowest):.3g} s"
+    )
 
 
 def _missed(judgement: Judgement) -> int:

@@ -14,19 +14,20 @@ from typing import Any
 
 import numpy as np
 
-from slewctl.errors import InputError, suggest
+from slewctl._types import FilePath
+from slewctl.errors import InputError, check_path, suggest
 from slewctl.textfile import read_bytes, write_bytes
 
 # In bytes; a controller of a thousand states has 8 MB.
 MOST_BYTES = 50_000_000
 
 
-def write_data(path: Path, data: Mapping[str, Any]) -> None:
+def write_data(path: FilePath, data: Mapping[str, Any]) -> None:
     """Write named values; the file's ending says how.
 
     Parameters
     ----------
-    path : Path
+    path : str or PathLike
         Ending in ``.json``, ``.mat`` or ``.npz``.
     data : mapping of str to value
         Arrays, numbers, texts and lists of texts; JSON holds tables as well.
@@ -45,6 +46,7 @@ def write_data(path: Path, data: Mapping[str, Any]) -> None:
     >>> read_data(path)["den"]
     [1.0, 2.0]
     """
+    path = check_path(path, "path")
     write, _ = _format(path)
     write_bytes(path, write(data))
 
@@ -60,12 +62,12 @@ def data_bytes(form: str, data: Mapping[str, Any]) -> bytes:
     return _FORMATS[f".{form}"][0](data)
 
 
-def read_data(path: Path) -> dict[str, Any]:
+def read_data(path: FilePath) -> dict[str, Any]:
     """Return what a file holds by name; the file's ending says how it is written.
 
     Parameters
     ----------
-    path : Path
+    path : str or PathLike
         Ending in ``.json``, ``.mat`` or ``.npz``.
 
     Returns
@@ -87,6 +89,7 @@ def read_data(path: Path) -> dict[str, Any]:
     >>> float(read_data(path)["gain"])
     2.5
     """
+    path = check_path(path, "path")
     _, read = _format(path)
     try:
         content = read_bytes(path, most=MOST_BYTES)

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from slewctl._types import FilePath
 from slewctl.arm import (
     LAWS,
     Actuator,
@@ -25,7 +26,7 @@ from slewctl.arm import (
     equal_appendages,
 )
 from slewctl.breakdown import computing
-from slewctl.errors import InputError, check_choice
+from slewctl.errors import InputError, check_choice, check_path
 from slewctl.files.beam_table import beam_of_table
 from slewctl.files.chosen_tables import DragTable, KelvinVoigtTable, RayleighTable
 from slewctl.files.drive_tables import SensorTable
@@ -107,12 +108,12 @@ def _path(name: str) -> Path | None:
     return path if not known and (path.suffix == ".toml" or path.exists()) else None
 
 
-def read_arm(path: Path) -> Arm:
+def read_arm(path: FilePath) -> Arm:
     """Return the arm that the ``[arm]`` table of a TOML file describes.
 
     Parameters
     ----------
-    path : Path
+    path : str or PathLike
 
     Returns
     -------
@@ -130,6 +131,7 @@ def read_arm(path: Path) -> Arm:
     >>> read_arm(path).damping_ratio
     0.01
     """
+    path = check_path(path, "path")
     source = read_source(path)
     if "arm" not in source.content:
         raise InputError("no [arm] table", where=f"{path}:1", remedy="add one")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from slewctl.embedded.options import CodeOptions
-from slewctl.errors import InputError, check_choice
+from slewctl.errors import InputError
 from slewctl.files.table import Count, NonNegative, Positive, Several, Table, told
 from slewctl.plant import Objective
 
@@ -31,7 +31,11 @@ class ExportTable(Table):
     ] = None
     reversed: Annotated[
         Several[str] | None,
-        told("list of text", "sensors and actuator that run the other way round", ["theta"]),
+        told(
+            "list of text",
+            "of angles with counts and command with steps, which run the other way",
+            ["theta"],
+        ),
     ] = None
     stuck_s: Annotated[
         NonNegative | None,
@@ -63,8 +67,7 @@ def read_export(table: Mapping[str, Any], objective: Objective) -> CodeOptions:
     keys["reversed"] = tuple(keys.get("reversed", ()))
     try:
         options = CodeOptions(**keys)
-        for place, name in enumerate(options.reversed):
-            check_choice(name, [*objective.sensors, objective.actuator], f"reversed.{place}")
+        options.check_reversed(objective.sensors, objective.actuator)
     except InputError as error:
         raise error.within("export", ".") from error
     return options

@@ -7,19 +7,21 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from slewctl.errors import InputError, SlewctlError
+from slewctl._types import FilePath
+from slewctl.errors import InputError, SlewctlError, check_path, check_paths
 from slewctl.files.source import Source, read_source
 
 
-def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
+def find_designs(paths: FilePath | Iterable[FilePath]) -> tuple[Path, ...]:
     """Return the ``.toml`` files named, and those in the folders named, sorted.
 
-    Study files, which `slewctl.files.read_study` reads, are left out, and so is what lies in
-    folders of these folders.  What cannot be read is kept: whoever reads it says why.
+    Study files, which `slewctl.files.read_study` reads, and files of an arm alone, which
+    `slewctl.files.read_arm` reads, are left out, and so is what lies in folders of these
+    folders.  What cannot be read is kept: whoever reads it says why.
 
     Parameters
     ----------
-    paths : iterable of Path
+    paths : path, or iterable of them
         Files and folders.
 
     Returns
@@ -38,13 +40,14 @@ def find_designs(paths: Iterable[Path]) -> tuple[Path, ...]:
     >>> [found.name for found in find_designs([path.parent])]
     ['arm.toml']
     """
+    paths = check_paths(paths, "paths")
     found: list[Path] = []
     for path in paths:
         if path.is_dir():
             found += _in_folder(path)
         elif not path.exists():
             raise InputError("no such file or folder", where=str(path), remedy="check the path")
-        elif not is_study(path):
+        elif not _is_no_design(path):
             found.append(path)
     return tuple({path.resolve(): path for path in found}.values())
 
@@ -56,20 +59,20 @@ def _in_folder(folder: Path) -> list[Path]:
         raise InputError(
             f"cannot be read: {error.strerror}", where=str(folder), remedy="check the path"
         ) from error
-    designs = [path for path in files if not is_study(path)]
+    designs = [path for path in files if not _is_no_design(path)]
     if not designs:
-        what = "studies only, no design" if files else "no .toml file"
+        what = "only studies or arms, no design" if files else "no .toml file"
         raise InputError(f"{what} in this folder", where=str(folder), remedy="name a design file")
     return designs
 
 
-def designs_below(folder: Path, known: Iterable[Path]) -> tuple[Path, ...]:
+def designs_below(folder: FilePath, known: FilePath | Iterable[FilePath]) -> tuple[Path, ...]:
     """Return the designs in folders of a folder that are none of those known.
 
     Parameters
     ----------
-    folder : Path
-    known : iterable of Path
+    folder : str or PathLike
+    known : path, or iterable of them
 
     Returns
     -------
@@ -82,6 +85,8 @@ def designs_below(folder: Path, known: Iterable[Path]) -> tuple[Path, ...]:
     >>> designs_below(example_design().parent, [])
     ()
     """
+    folder = check_path(folder, "folder")
+    known = check_paths(known, "known")
     seen, found = {path.resolve() for path in known}, []
     for root, folders, files in os.walk(folder):
         # What is hidden is a program's own, as .git and .venv are: large, and no designs.
@@ -101,12 +106,12 @@ def _content(path: Path) -> Mapping[str, object]:
         return {}
 
 
-def is_study(path: Path) -> bool:
+def is_study(path: FilePath) -> bool:
     """Return whether a file is a study: it has grids and no controller.
 
     Parameters
     ----------
-    path : Path
+    path : str or PathLike
 
     Returns
     -------
@@ -119,7 +124,14 @@ def is_study(path: Path) -> bool:
     >>> is_study(path)
     False
     """
+    path = check_path(path, "path")
     return holds_study(_content(path))
+
+
+def _is_no_design(path: Path) -> bool:
+    """Return whether a file is a study, or an arm alone, as one that others name."""
+    content = _content(path)
+    return holds_study(content) or set(content) == {"arm"}
 
 
 def holds_study(content: Mapping[str, object]) -> bool:
@@ -147,12 +159,12 @@ def refuse_design(source: Source) -> None:
         )
 
 
-def name_designs(paths: Iterable[Path]) -> dict[Path, str]:
+def name_designs(paths: FilePath | Iterable[FilePath]) -> dict[Path, str]:
     """Return a short name for each file: its stem, or as many folders as tell it from others.
 
     Parameters
     ----------
-    paths : iterable of Path
+    paths : path, or iterable of them
 
     Returns
     -------
@@ -165,6 +177,7 @@ def name_designs(paths: Iterable[Path]) -> dict[Path, str]:
     >>> list(name_designs([Path("a/arm.toml"), Path("b/arm.toml"), Path("b/boom.toml")]).values())
     ['a/arm.toml', 'b/arm.toml', 'boom']
     """
+    paths = check_paths(paths, "paths")
     names: dict[Path, str] = {}
     whole = {path: path.resolve().parts for path in paths}
     stems = Counter(path.stem for path in whole)

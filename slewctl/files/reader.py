@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from slewctl import files
+from slewctl._types import FilePath
 from slewctl.arm import Arm, Hub, Joint, ModalData, catalogue, vary
 from slewctl.check import REQUIREMENTS, check_limits
 from slewctl.compare import QUANTITIES, Case
 from slewctl.compare.case import check_basis
 from slewctl.design.methods import GIVEN
 from slewctl.embedded.options import CodeOptions
-from slewctl.errors import InputError, shown
+from slewctl.errors import InputError, check_path, check_paths, shown
 from slewctl.files.arm_table import DESCRIBED, arm_of_table
 from slewctl.files.encoders import with_encoder_noise
 from slewctl.files.export_table import read_export
@@ -89,12 +90,12 @@ class DesignFile:
         return f"{self.source.text}\0{self.beside}" if self.beside else self.source.text
 
 
-def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile:
+def read_design(path: FilePath, name: str = "", *, slew: bool = False) -> DesignFile:
     """Return the design that a TOML file describes.
 
     Parameters
     ----------
-    path : Path
+    path : str or PathLike
     name : str, optional
         The design's short name; the file's stem by default.
     slew : bool
@@ -117,16 +118,17 @@ def read_design(path: Path, name: str = "", *, slew: bool = False) -> DesignFile
     >>> read_design(path).case.basis
     'clamped-free'
     """
+    path = check_path(path, "path")
     return _read(read_source(path), name or path.stem, slew)
 
 
-def design_of_text(text: str, path: Path, name: str = "") -> DesignFile:
+def design_of_text(text: str, path: FilePath, name: str = "") -> DesignFile:
     """Return the design that the text of a file describes, as if it stood at a path.
 
     Parameters
     ----------
     text : str
-    path : Path
+    path : str or PathLike
         What refusals name, and beside which other files are looked for; itself it is not read.
     name : str, optional
         As for `read_design`.
@@ -148,6 +150,7 @@ def design_of_text(text: str, path: Path, name: str = "") -> DesignFile:
     >>> design_of_text(text, path).case.n
     2
     """
+    path = check_path(path, "path")
     return _read(source_of_text(text, path), name or path.stem)
 
 
@@ -157,12 +160,12 @@ def _read(source: Source, name: str, needs_slew: bool = False) -> DesignFile:
         return _design(source, name, needs_slew)
 
 
-def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
+def read_designs(paths: FilePath | Iterable[FilePath]) -> tuple[DesignFile, ...]:
     """Return the designs in files and folders, each with a name of its own.
 
     Parameters
     ----------
-    paths : iterable of Path
+    paths : path, or iterable of them
         Files and folders.
 
     Returns
@@ -181,6 +184,7 @@ def read_designs(paths: Iterable[Path]) -> tuple[DesignFile, ...]:
     >>> [design.case.name for design in read_designs([path])]
     ['arm']
     """
+    paths = check_paths(paths, "paths")
     names = name_designs(find_designs(paths))
     return tuple(read_design(path, name) for path, name in names.items())
 

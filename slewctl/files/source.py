@@ -11,8 +11,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from slewctl._types import FilePath
 from slewctl.breakdown import computing
-from slewctl.errors import FaultsError, InputError, SlewctlError, clipped, shown
+from slewctl.errors import FaultsError, InputError, SlewctlError, check_path, clipped, shown
 from slewctl.files.lines import KeyPath, key_lines
 from slewctl.files.schema import ArmTable
 from slewctl.textfile import read_text
@@ -130,12 +131,12 @@ class Source:
             raise self.refuse(error) from error
 
 
-def read_source(path: Path) -> Source:
+def read_source(path: FilePath) -> Source:
     """Return a TOML file, read and located.
 
     Parameters
     ----------
-    path : Path
+    path : str or PathLike
 
     Returns
     -------
@@ -154,6 +155,7 @@ def read_source(path: Path) -> Source:
     >>> read_source(path).content["model"]["n"]
     1
     """
+    path = check_path(path, "path")
     try:
         text = read_text(path)
     except FileNotFoundError as error:

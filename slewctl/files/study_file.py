@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
+from slewctl._types import FilePath
 from slewctl.compare import Grid, Study
-from slewctl.errors import SlewctlError
+from slewctl.errors import SlewctlError, check_path
 from slewctl.files.arm_table import arm_of_table
 from slewctl.files.find import refuse_design
 from slewctl.files.refusals import validate
@@ -13,12 +12,12 @@ from slewctl.files.source import read_source
 from slewctl.files.study_schema import GridTable, StudyTable
 
 
-def read_study(path: Path) -> Study:
+def read_study(path: FilePath) -> Study:
     """Return the study that a TOML file describes.
 
     Parameters
     ----------
-    path : Path
+    path : str or PathLike
 
     Returns
     -------
@@ -46,6 +45,7 @@ def read_study(path: Path) -> Study:
     >>> read_study(path).grids[0].orders
     (1, 2)
     """
+    path = check_path(path, "path")
     source = read_source(path)
     refuse_design(source)
     try:

@@ -45,13 +45,14 @@ def judge_of_compiled(judging: Judge, options: CodeOptions, name: str) -> tuple[
     ------
     InputError
         For a continuous controller, or where nothing compiles.
-    UnstableLoopError
-        If the loop is not stable to begin with.
     AccuracyError
         If the compiled code does not do what was written.
     """
     model, controller = judging.own
-    program = design_program(judging.judge(controller), options, name)
+    judged = judging.judge(controller)
+    if not judged.stable:
+        return ("nothing was compiled: a program is made of a stable loop alone",)
+    program = design_program(judged, options, name)
     compiled = read_back(program, compile_program(program))
     vars(judging)["own"] = model, compiled  # where the cached property keeps it
     said = "; ".join(program.notes)

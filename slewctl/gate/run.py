@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slewctl import compare, gate
+from slewctl._types import FilePath
 from slewctl.check import NOMINAL, DesignResult, Finding, Verdict, judge, measure
 from slewctl.check.measured import MEASURED
 from slewctl.compare import (
@@ -18,7 +19,7 @@ from slewctl.compare import (
     on_other_arm,
     unit_notes,
 )
-from slewctl.errors import SlewctlError, told_faults
+from slewctl.errors import SlewctlError, check_path, check_paths, told_faults
 from slewctl.files import DesignFile, find_designs, name_designs, read_design
 from slewctl.files.uncertainty import WORST
 from slewctl.gate.fingerprint import digest, fingerprint
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def check_designs(
-    paths: Iterable[Path],
+    paths: FilePath | Iterable[FilePath],
     progress: Callable[[str], None] | None = None,
     baseline: Baseline | None = None,
     *,
@@ -41,7 +42,7 @@ def check_designs(
 
     Parameters
     ----------
-    paths : iterable of Path
+    paths : path, or iterable of them
         TOML files, and folders of them.
     progress : callable, optional
         Called with a file's path before it is judged.
@@ -75,6 +76,7 @@ def check_designs(
     >>> [result.status for result in check_designs([path])]
     ['passed']
     """
+    paths = check_paths(paths, "paths")
     results = []
     for path, name in name_designs(find_designs(paths)).items():
         if progress is not None:
@@ -94,7 +96,7 @@ def check_designs(
 
 
 def check_file(
-    path: Path,
+    path: FilePath,
     name: str = "",
     baseline: Baseline | None = None,
     *,
@@ -107,7 +109,7 @@ def check_file(
 
     Parameters
     ----------
-    path : Path
+    path : str or PathLike
     name : str
         By default the file's stem.
     baseline, changed_only, working, compiled, marked
@@ -125,6 +127,7 @@ def check_file(
     >>> check_file(path).status
     'passed'
     """
+    path = check_path(path, "path")
     name = name or path.stem
     try:
         design = read_design(path, name)

@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -37,6 +37,13 @@ if TYPE_CHECKING:
     import control
 
 
+class Planted(Protocol):
+    """What has the generalised plant of an objective on a model."""
+
+    @property
+    def plant(self) -> GeneralisedPlant: ...
+
+
 @dataclass(frozen=True, eq=False)
 class Loop:
     """A controller closed around a model, usually the truth.
@@ -49,19 +56,25 @@ class Loop:
         Disturbances and cost by which it is judged.
     controller : Controller
         Designed on any model of the same arm; which arm that was is not checked.
-    known : GeneralisedPlant, optional
-        That of the objective on the model, where several loops share it.
+    source : object, optional
+        Has the ``plant`` of the objective on the model, where several loops share it.
     """
 
     model: Model
     objective: Objective
     controller: Controller
-    known: GeneralisedPlant | None = field(default=None, kw_only=True)
+    source: Planted | None = field(default=None, kw_only=True)
 
     @cached_property
     def plant(self) -> GeneralisedPlant:
         """The generalised plant of the objective on the model."""
-        return self.known or generalised_plant(self.model, self.objective)
+        return self._planted
+
+    @property
+    def _planted(self) -> GeneralisedPlant:
+        if self.source is not None:
+            return self.source.plant
+        return generalised_plant(self.model, self.objective)
 
     @property
     def late(self) -> float:

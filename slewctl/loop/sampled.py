@@ -19,7 +19,6 @@ from slewctl.plant import (
     SampledClosed,
     SampledPlant,
     continuous_equivalent,
-    generalised_plant,
     loop_dead_time,
     sampled_plant,
 )
@@ -58,12 +57,17 @@ class SampledLoop(Loop):
     @cached_property
     def plant(self) -> GeneralisedPlant:
         """The generalised plant without the arm's dead time, which delays the hold."""
-        return (self.known or generalised_plant(self.model, self.objective)).exact
+        return self._planted.exact
 
     @cached_property
     def late(self) -> float:
         """Time in s from a sample to the torque computed from it, the arm's dead time too."""
         return self.controller.delay + loop_dead_time(self.model.arm, self.objective.sensors)
+
+    @property
+    def reading_late(self) -> float:
+        """Dead time of the sensors in s: of that age are readings at a sample."""
+        return max(self.model.arm.sensor(name).delay for name in self.objective.sensors)
 
     @cached_property
     def sampled(self) -> SampledPlant:

@@ -34,10 +34,14 @@ def balance_system(
     ----------
     A, B, C : ndarray, shapes (n, n), (n, m), (p, n)
     """
+    return _bordered(A, _norms(B), _norms(C.T))
+
+
+def _bordered(A: Array | ComplexArray, reached: Array, shown: Array) -> Array:
+    """Return the scales of a system with one input and one output of these sizes."""
     whole = np.zeros((len(A) + 1, len(A) + 1))
     whole[:-1, :-1] = np.abs(A)
-    whole[:-1, -1] = _norms(B)
-    whole[-1, :-1] = _norms(C.T)
+    whole[:-1, -1], whole[-1, :-1] = reached, shown
     scale = balance(whole)
     return np.asarray(scale[:-1] / scale[-1])
 
@@ -52,26 +56,26 @@ def balance_realisation(A: Array, B: Array, C: Array) -> Array:
     group does to the next is then of the size of a row of A: were it as large as the largest,
     no slow mode behind a lag could be told from it.
     """
-    n = len(A)
-    if not n:
+    if not len(A):
         return np.ones(0)
     scale = balance(A)
-    a, b, c = A / scale[:, None] * scale, B / scale[:, None], C * scale
+    a = A / scale[:, None] * scale
+    reached, shown = _norms(B) / scale, _norms(C.T) * scale
     group = _coupled(a)
+    groups = _Groups(group, a, reached, shown)
     for _ in range(_ROUNDS):
-        reached, shown = _norms(b), _norms(c.T)
-        through = float(np.prod(_norms(np.vstack([reached, shown])) ** 0.5))
+        through = _norm(reached) ** 0.5 * _norm(shown) ** 0.5
         if not through:
             return scale
         rows = _norms(a)
         typical = float(np.exp(np.mean(np.log(rows[rows > 0])))) if rows.any() else 1.0
-        step = _of_groups(group, a, typical / through * reached, typical / through * shown)
+        step = groups.scaled(typical / through)[group]
         if np.all(step == 1):
             break
         scale = scale * step
-        a, b, c = A / scale[:, None] * scale, B / scale[:, None], C * scale
+        a, reached, shown = a / step[:, None] * step, reached / step, shown * step
     unit = (np.linalg.norm(a) or 1.0) / through
-    return np.asarray(scale * balance_system(a, unit * b, unit * c))
+    return scale * _bordered(a, unit * reached, unit * shown)
 
 
 def _coupled(A: Array) -> IntArray:
@@ -84,18 +88,27 @@ def _coupled(A: Array) -> IntArray:
     return np.unique((reach & reach.T).argmax(axis=1), return_inverse=True)[1]
 
 
-def _of_groups(group: IntArray, A: Array, b: Array, c: Array) -> Array:
-    """Return a scale for each state that is one for all of a group."""
-    count = int(group.max()) + 1
-    if count == 1:
-        return np.ones(len(A))
-    order = np.argsort(group, kind="stable")
-    first = np.searchsorted(group[order], np.arange(count))
-    into, out = (np.maximum.reduceat(sizes[order], first) for sizes in (b, c))  # no squares
-    rows = np.maximum.reduceat(np.abs(A)[np.ix_(order, order)], first, axis=0)
-    between = np.maximum.reduceat(rows, first, axis=1)
-    np.fill_diagonal(between, 0.0)
-    return np.asarray(balance_system(between, into[:, None], out[None, :])[group])
+class _Groups:
+    """Groups of states by the largest of what couples them, acts on them and is seen of them."""
+
+    def __init__(self, group: IntArray, A: Array, reached: Array, shown: Array) -> None:
+        order = np.argsort(group, kind="stable")
+        first = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
+        rows = np.maximum.reduceat(np.abs(A)[np.ix_(order, order)], first, axis=0)
+        self._between = np.maximum.reduceat(rows, first, axis=1)
+        np.fill_diagonal(self._between, 0.0)
+        self._into, self._out = (
+            np.maximum.reduceat(sizes[order], first) for sizes in (reached, shown)
+        )
+
+    def scaled(self, unit: float) -> Array:
+        """Scale each group as a whole, in that unit of inputs and outputs; return by how much."""
+        if len(self._into) == 1:
+            return np.ones(1)
+        step = _bordered(self._between, unit * self._into, unit * self._out)
+        self._between = self._between / step[:, None] * step
+        self._into, self._out = self._into / step, self._out * step
+        return step
 
 
 def _norms(rows: Array | ComplexArray) -> Array:
@@ -103,3 +116,8 @@ def _norms(rows: Array | ComplexArray) -> Array:
     largest = np.abs(rows).max(axis=1, initial=0.0)
     unit = np.ldexp(1.0, np.frexp(largest)[1])  # no digit changes
     return np.asarray(np.linalg.norm(rows / unit[:, None], axis=1) * unit)
+
+
+def _norm(vector: Array) -> float:
+    largest = float(vector.max())
+    return float(np.linalg.norm(vector / largest)) * largest if largest else 0.0

@@ -37,17 +37,16 @@ def solve_discrete_lyapunov(A: Array, Q: Array) -> Array:
     AccuracyError
         If the sum does not converge: A is not stable to working precision.
     """
-    X, power = (Q + Q.T) / 2, A
-    for _ in range(_MOST_DOUBLINGS):
-        with np.errstate(over="ignore", invalid="ignore"):
+    X, power, eps = (Q + Q.T) / 2, A, np.finfo(float).eps
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows never converges
+        for _ in range(_MOST_DOUBLINGS):
             step = power @ X @ power.T
             X, power = X + (step + step.T) / 2, power @ power
-            added, size = np.abs(np.diag(step)), np.abs(np.diag(X))
-        if not (np.isfinite(step).all() and np.isfinite(X).all() and np.isfinite(power).all()):
-            break
-        # Of each state: beside a loud one the sum of a quiet one may only have begun.
-        if np.all(added <= np.finfo(float).eps * size):
-            return X
+            # Of each state: beside a loud one the sum of a quiet one may only have begun.
+            if np.all(np.abs(step.diagonal()) <= eps * np.abs(X.diagonal())):
+                if np.isfinite(X).all() and np.isfinite(power).all():
+                    return X
+                break
     raise AccuracyError(
         "a sampled motion hardly decays: what it adds up to is beyond working precision",
         where="lyapunov",

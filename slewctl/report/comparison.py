@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from slewctl import report
+from slewctl._types import FilePath
 from slewctl.compare import (
     QUANTITIES,
     CaseResult,
@@ -22,6 +23,7 @@ from slewctl.compare import (
     sampling_loss,
 )
 from slewctl.compare.quantities import WEIGHTED, Kind
+from slewctl.errors import check_path
 from slewctl.report.comparison_figures import figures, looks
 from slewctl.report.comparison_tables import TABLES, file_name, known, readings
 from slewctl.report.export import (
@@ -37,7 +39,7 @@ from slewctl.report.page import render, versions
 
 def write_comparison(
     comparison: Comparison,
-    folder: Path,
+    folder: FilePath,
     *,
     as_parquet: bool = False,
     sections: Sequence[Mapping[str, Any]] | None = None,
@@ -48,7 +50,7 @@ def write_comparison(
     Parameters
     ----------
     comparison : Comparison
-    folder : Path
+    folder : str or PathLike
         Gets ``index.html``, the same as ``index.md``, ``results.json``, the CSV tables
         ``designs`` and ``truths``, and gzipped the long ones: ``ladders``, ``poles``,
         ``loops``, ``slews`` and ``shapes``.
@@ -80,6 +82,7 @@ def write_comparison(
     >>> from slewctl.report import write_comparison
     >>> write_comparison(compare([case]), Path("report"))  # doctest: +SKIP
     """
+    folder = check_path(folder, "folder")
     if sections is None:
         sections = [section(k, case) for k, case in enumerate(comparison.cases)]
     results = {"versions": versions(), "cases": [_record(c) for c in comparison.cases]}

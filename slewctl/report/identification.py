@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slewctl.errors import InputError
+from slewctl._types import FilePath
+from slewctl.errors import InputError, check_path
 from slewctl.loop import Margins
 from slewctl.loop.on_measured import OnMeasured
 from slewctl.measured.rig_fit_result import RigFit
@@ -17,7 +18,7 @@ from slewctl.report.page import render, versions
 
 def write_identification(
     found: RigFit,
-    folder: Path,
+    folder: FilePath,
     controller: tuple[OnMeasured, Margins | str] | None = None,
 ) -> Path:
     """Write the report of a fit and return the path of its page.
@@ -25,7 +26,7 @@ def write_identification(
     Parameters
     ----------
     found : RigFit
-    folder : Path
+    folder : str or PathLike
         Gets ``index.html``, ``fitted.toml`` (the arm, and its uncertainty as variations),
         ``response.csv`` and ``results.json``.
     controller : tuple of OnMeasured and Margins or str, optional
@@ -47,6 +48,7 @@ def write_identification(
     >>> from slewctl.report import write_identification
     >>> write_identification(found, Path("report"))  # doctest: +SKIP
     """
+    folder = check_path(folder, "folder")
     response = found.response
     computed = found.computed()
     rows = [

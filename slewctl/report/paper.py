@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from slewctl._types import FilePath
+from slewctl.errors import check_path
 from slewctl.paper import PaperReproduction, conditioning_words
 from slewctl.paper.published import CITATION, TITLE
 from slewctl.report.export import json_text, write_files
@@ -18,13 +20,13 @@ from slewctl.report.paper_figures import (
 )
 
 
-def write_paper(reproduction: PaperReproduction, folder: Path) -> Path:
+def write_paper(reproduction: PaperReproduction, folder: FilePath) -> Path:
     """Write the report of a reproduction and return the path of its page.
 
     Parameters
     ----------
     reproduction : PaperReproduction
-    folder : Path
+    folder : str or PathLike
         Gets ``index.html`` and ``results.json``, which holds the numbers.
 
     Returns
@@ -43,6 +45,7 @@ def write_paper(reproduction: PaperReproduction, folder: Path) -> Path:
     >>> from slewctl.report import write_paper
     >>> write_paper(reproduce(), Path("report"))  # doctest: +SKIP
     """
+    folder = check_path(folder, "folder")
     findings = reproduction.findings
     page = render(
         "paper.html",

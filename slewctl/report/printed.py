@@ -15,8 +15,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
+from slewctl._types import FilePath
 from slewctl.compare import CaseResult, Comparison, Evaluation
-from slewctl.errors import check_choice
+from slewctl.errors import check_choice, check_path
 from slewctl.report.comparison_figures import figures, looks
 from slewctl.report.comparison_tables import file_name, known, readings
 from slewctl.report.export import csv_text, write_files
@@ -57,7 +58,7 @@ STYLES: Mapping[str, Style] = {
 
 def write_figures(
     comparison: Comparison,
-    folder: Path,
+    folder: FilePath,
     style: str = "paper",
     *,
     drawn: Iterable[Mapping[str, str | bytes]] | None = None,
@@ -67,7 +68,7 @@ def write_figures(
     Parameters
     ----------
     comparison : Comparison
-    folder : Path
+    folder : str or PathLike
         Gets, of every design, each figure as PDF, PNG and CSV and a table of all that was tried
         as ``.tex`` and CSV; and ``all-designs.tex`` and ``.csv`` of the designs themselves.
         The tables are tabulars that need LaTeX's booktabs.
@@ -98,6 +99,7 @@ def write_figures(
     >>> from slewctl.report import write_figures
     >>> write_figures(compare([case]), Path("figures"))  # doctest: +SKIP
     """
+    folder = check_path(folder, "folder")
     if drawn is None:
         drawn = (design_files(k, case, style) for k, case in enumerate(comparison.cases))
     own = [{"design": r.case.name, **_row(r.chosen)} for r in comparison.cases]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from slewctl._show import rows_of
+from slewctl._types import FilePath
+from slewctl.errors import check_path
 from slewctl.loop import MarginUse, Replay
 from slewctl.report.drawing import figure, legend, style, svg
 from slewctl.report.export import csv_text, json_text, write_files
@@ -12,7 +14,7 @@ from slewctl.report.page import render, versions
 from slewctl.report.palette import ALARM
 
 
-def write_replay(found: Replay, use: MarginUse | str, folder: Path, title: str) -> Path:
+def write_replay(found: Replay, use: MarginUse | str, folder: FilePath, title: str) -> Path:
     """Write the report of a logged slew and return the path of its page.
 
     Parameters
@@ -20,7 +22,7 @@ def write_replay(found: Replay, use: MarginUse | str, folder: Path, title: str) 
     found : Replay
     use : MarginUse or str
         Or why the log does not tell of the margins.
-    folder : Path
+    folder : str or PathLike
         Gets ``index.html``, ``signals.csv`` and ``results.json``.
     title : str
 
@@ -39,6 +41,7 @@ def write_replay(found: Replay, use: MarginUse | str, folder: Path, title: str) 
     >>> from slewctl.report import write_replay
     >>> write_replay(found, use, Path("report"), "arm")  # doctest: +SKIP
     """
+    folder = check_path(folder, "folder")
     page = render("replay.html", title=title, found=found, use=use, picture=_picture(found))
     results = {
         "versions": versions(),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from slewctl._types import FilePath
+from slewctl.errors import check_path
 from slewctl.loop import Shaping
 from slewctl.report.drawing import figure, legend, style, svg
 from slewctl.report.export import csv_text, json_text, write_files
@@ -11,13 +13,13 @@ from slewctl.report.page import render, versions
 from slewctl.report.palette import SPARE_COLOURS
 
 
-def write_shaping(found: Shaping, folder: Path, title: str) -> Path:
+def write_shaping(found: Shaping, folder: FilePath, title: str) -> Path:
     """Write the report of a comparison of commands and return the path of its page.
 
     Parameters
     ----------
     found : Shaping
-    folder : Path
+    folder : str or PathLike
         Gets ``index.html``, ``shapers.csv``, ``sensitivity.csv`` and ``results.json``.
     title : str
 
@@ -36,6 +38,7 @@ def write_shaping(found: Shaping, folder: Path, title: str) -> Path:
     >>> from slewctl.report import write_shaping
     >>> write_shaping(found, Path("report"), "arm")  # doctest: +SKIP
     """
+    folder = check_path(folder, "folder")
     names = [command.name for command in found.commands if command.shaper]
     curves = {name: found.sensitivity(name) for name in names}
     off = curves[names[0]][0]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from slewctl._types import FilePath
 from slewctl.animation.animation import Animation
+from slewctl.errors import check_path
 from slewctl.loop import Simulation
 from slewctl.report.drawing import figure, legend, style, svg
 from slewctl.report.export import csv_text, json_text, write_files
@@ -13,14 +15,14 @@ from slewctl.report.palette import ALARM
 
 
 def write_simulation(
-    found: Simulation, folder: Path, title: str, animation: Animation | None = None
+    found: Simulation, folder: FilePath, title: str, animation: Animation | None = None
 ) -> Path:
     """Write the report of a simulated slew and return the path of its page.
 
     Parameters
     ----------
     found : Simulation
-    folder : Path
+    folder : str or PathLike
         Gets ``index.html``, ``signals.csv`` and ``results.json``.
     title : str
     animation : Animation, optional
@@ -41,6 +43,7 @@ def write_simulation(
     >>> from slewctl.report import write_simulation
     >>> write_simulation(found, Path("report"), "arm")  # doctest: +SKIP
     """
+    folder = check_path(folder, "folder")
     shaper = found.slew.shaper
     page = render(
         "simulation.html",

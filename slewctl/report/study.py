@@ -7,7 +7,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from slewctl._types import FilePath
 from slewctl.compare import MEDIANS, PAPERS, Duel, StudyResult
+from slewctl.errors import check_path
 from slewctl.report.export import json_text, packed_csv, parquet, write_files
 from slewctl.report.page import render, versions
 from slewctl.report.study_figures import AXIS_NAMES, duel_figure
@@ -19,7 +21,7 @@ MOST_MAPS = 24
 
 def write_study(
     result: StudyResult,
-    folder: Path,
+    folder: FilePath,
     *,
     as_parquet: bool = False,
     wanted: Mapping[str, str] | None = None,
@@ -29,7 +31,7 @@ def write_study(
     Parameters
     ----------
     result : StudyResult
-    folder : Path
+    folder : str or PathLike
         Gets ``index.html``, ``index.md``, ``results.json`` (the answer and what it was
         counted from) and ``rows.csv.gz`` (every design).
     as_parquet : bool
@@ -54,6 +56,7 @@ def write_study(
     >>> from slewctl.report import write_study
     >>> write_study(result, Path("report"))  # doctest: +SKIP
     """
+    folder = check_path(folder, "folder")
     slices = result.sliced(wanted or {})
     answer = result.answer
     shown: dict[str, Any] = {

@@ -40,12 +40,13 @@ def thinned(lines: Sequence[Array], allowed: float) -> list[Array]:
         return []
     ends = np.cumsum([len(line) for line in lines])
     points = np.concatenate(lines)
+    columns = np.ascontiguousarray(points.T)
     first, last = np.append(0, ends[:-1]), ends - 1
     keep = np.zeros(len(points), dtype=bool)
     keep[first] = keep[last] = True
     while (longer := last - first > 1).any():
         first, last = first[longer], last[longer]
-        cut, middle = _farthest(points, first, last, allowed)
+        cut, middle = _farthest(columns, first, last, allowed)
         keep[middle] = True
         first, last = np.append(first[cut], middle), np.append(middle, last[cut])
     each = zip(np.split(points, ends[:-1]), np.split(keep, ends[:-1]), strict=True)
@@ -59,14 +60,15 @@ def _farthest(
     size = last - first - 1
     start = np.cumsum(size) - size
     inner = np.arange(size.sum()) + np.repeat(first + 1 - start, size)
-    across, up = (points[inner] - np.repeat(points[first], size, axis=0)).T
-    chord = points[last] - points[first]
-    square = (chord**2).sum(axis=1)
+    x, y = points
+    across, up = x[inner] - np.repeat(x[first], size), y[inner] - np.repeat(y[first], size)
+    chord_x, chord_y = x[last] - x[first], y[last] - y[first]
+    square = chord_x**2 + chord_y**2
     square[square == 0] = 1  # of a piece that ends where it begins
-    chord_x, chord_y = np.repeat(chord, size, axis=0).T
-    along = np.repeat(1 / square, size) * (across * chord_x + up * chord_y)
+    along = across * np.repeat(chord_x / square, size) + up * np.repeat(chord_y / square, size)
     along = np.minimum(np.maximum(along, 0.0), 1.0)
-    far = (across - along * chord_x) ** 2 + (up - along * chord_y) ** 2
+    far = (across - along * np.repeat(chord_x, size)) ** 2
+    far += (up - along * np.repeat(chord_y, size)) ** 2
     most = np.maximum.reduceat(far, start)
     cut = np.flatnonzero(most > allowed**2)
     reached = np.flatnonzero(far == np.repeat(most, size))

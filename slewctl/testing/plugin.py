@@ -5,21 +5,31 @@
     [tool.pytest.ini_options]
     slewctl_designs = ["designs"]
 
-A TOML file is a design if it has both an ``[arm]`` and a ``[controller]`` table; others are
-left alone.  Every run of pytest imports this module, so it loads nothing of slewctl before
-there is a design to judge.
+A TOML file is a design if it has an ``[arm]`` or a ``[controller]`` and another table of a
+design, however a name is mistyped; studies, arms alone and others are left alone.  Every run of
+pytest imports this module, so it loads nothing of slewctl before there is a design to judge.
 """
 
 from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Collection
+from difflib import get_close_matches
 from pathlib import Path
 
 import pytest
 
-# What a design looks like that is not valid TOML: it must fail and not go unseen.
-_TABLES = (re.compile(r"^\s*\[\s*arm\b", re.M), re.compile(r"^\s*\[\s*controller\b", re.M))
+# The tables of a design file, of which it has one of the first two.
+TABLES = (
+    "arm", "controller", "model", "slew", "truth", "compare", "requirements", "variations",
+    "uncertainty", "measured", "export",
+)  # fmt: skip
+_MAIN = TABLES[:2]
+# What looks like a table in what is not valid TOML: a design must fail and not go unseen.
+_HEAD = re.compile(r"^\s*\[\s*([\w-]+)", re.M)
+# How near a mistyped name is: of one letter in ten that is missing, too much or another one.
+_NEAR = 0.8
 # What slewctl itself refuses to parse: larger files, and keys of very many parts.
 _MOST_BYTES = 1_000_000
 _ENDLESS_KEY = re.compile(r"(?:[.]\s*+[^\s.=]++\s*+){50}")
@@ -43,8 +53,11 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "slewctl: a requirement of a design file")
     if not config.option.file_or_dir:
         for folder in config.getini("slewctl_designs"):
-            if not folder.exists():  # a run that judges nothing would be green
+            # A run that judges nothing would be green.
+            if not folder.exists():
                 raise pytest.UsageError(f"slewctl_designs: {folder}: no such file or folder")
+            if folder.is_dir() and not any(map(_is_design, folder.rglob("*.toml"))):
+                raise pytest.UsageError(f"slewctl_designs: {folder}: no design in it")
     if _from_testpaths(config):
         seen = [Path(argument).resolve() for argument in config.args]
         config.args += [
@@ -96,13 +109,18 @@ def _is_design(path: Path) -> bool:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         # No valid TOML either.  Tables are ASCII in every encoding, but for UTF-16's zeros.
-        text = data.replace(b"\0", b"").decode("latin-1")
-        return all(table.search(text) for table in _TABLES)
-    tables = all(table.search(text) for table in _TABLES)
+        return _designs(_HEAD.findall(data.replace(b"\0", b"").decode("latin-1")))
     if len(text) > _MOST_BYTES or _ENDLESS_KEY.search(text):
-        return tables
+        return _designs(_HEAD.findall(text))
     try:
         content = tomllib.loads(text)
     except (ValueError, RecursionError):
-        return tables
-    return isinstance(content.get("arm"), dict) and isinstance(content.get("controller"), dict)
+        return _designs(_HEAD.findall(text))
+    study = isinstance(content.get("grid"), list) and "controller" not in content
+    return not study and _designs([k for k, value in content.items() if isinstance(value, dict)])
+
+
+def _designs(tables: Collection[str]) -> bool:
+    """Return whether these tables are those of a design, though a name be mistyped."""
+    near = {name for table in tables for name in get_close_matches(table, TABLES, 1, _NEAR)}
+    return len(near) > 1 and not near.isdisjoint(_MAIN)

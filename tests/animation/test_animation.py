@@ -135,6 +135,7 @@ def test_a_page_of_its_own_is_well_formed_and_harmless(tmp_path: Path, slew: Sim
     assert repr(slew.animate(names=["a"])) == "<animation of a, 12 s>"
 
 
+@pytest.mark.slow
 def test_a_gif_lasts_as_long_as_the_slew_and_begins_at_its_start(tmp_path: Path) -> None:
     for end, lasting in ((4.0, 4.0), (0.1, 2.0)):
         one = turn(end=end)
@@ -155,6 +156,7 @@ def test_a_gif_lasts_as_long_as_the_slew_and_begins_at_its_start(tmp_path: Path)
         assert (first[2, 2] == 255).all()
 
 
+@pytest.mark.slow
 def test_what_cannot_be_animated_is_refused(tmp_path: Path, slew: Simulation) -> None:
     with pytest.raises(InputError, match=r"slew\.mp4: \.mp4 is no kind of animation"):
         slew.animate().save(tmp_path / "slew.mp4")

@@ -85,6 +85,7 @@ def test_these_converge_faster_than_any_power_that_matters(arm: str, basis: str)
     assert np.all(error <= [1e-10, 1e-13])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("basis", MAKERS)
 @pytest.mark.parametrize("n", [1, 2, 4, 9])

@@ -143,6 +143,7 @@ def test_functions_are_finite_for_the_largest_numbers(ratios: Ratios) -> None:
         assert np.all(np.isfinite(values))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "ratios", [Ratios(1e50, 1.0, 1e50, 1e50), Ratios(0.0, 1e10, 0.0, 1e-300)], ids=str
 )

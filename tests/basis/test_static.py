@@ -138,6 +138,7 @@ def test_the_arms_own_modes_are_a_basis_with_no_error_at_all() -> None:
     assert_allclose(model.mode_shapes, modes.mode_shapes, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taper", [(1.0,), (1.0, -0.5), TAPER])
 @pytest.mark.parametrize("hub", [0.0, 1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("payload", [0.0, 0.1, 10.0])

@@ -127,6 +127,26 @@ def test_a_design_whose_file_is_gone_is_missing_unless_renamed(tmp_path: Path) -
     assert both.accepted(tmp_path / "designs" / "copy.toml", PASSED.digest) is None
 
 
+def test_of_designs_with_the_same_text_one_that_is_gone_is_missing(tmp_path: Path) -> None:
+    """Its twin was accepted under its own name: it is no other one renamed."""
+    results = folder_with(tmp_path, PASSED)
+    entry = Accepted("f", PASSED.digest, {NOMINAL: {}})
+    twins = Baseline(tmp_path / "b.json", {f"designs/{n}.toml": entry for n in ("gone", "good")})
+    assert [result.name for result in missing(twins, results)] == ["designs/gone.toml"]
+    new = replace(PASSED, file=tmp_path / "designs" / "new.toml")
+    assert missing(twins, [*results, new]) == ()
+    more = replace(twins, designs={**twins.designs, "designs/gone-too.toml": entry})
+    assert len(missing(more, [*results, new])) == 1  # one new file is one of them renamed
+
+
+def test_a_baseline_may_lie_in_a_folder_that_is_not_there_yet(tmp_path: Path) -> None:
+    (result,) = folder_with(tmp_path, PASSED)
+    after, notes = accept(Baseline(tmp_path / "ci" / "deep" / "b.json", {}), [result])
+    assert list(after.designs) == ["../../designs/good.toml"]
+    assert notes == []
+    assert missing(after, []) == ()
+
+
 def test_edited_values_are_not_taken_for_measured_ones(tmp_path: Path) -> None:
     path = tmp_path / "b.json"
     (result,) = folder_with(tmp_path, PASSED)

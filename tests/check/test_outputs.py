@@ -67,6 +67,7 @@ def test_a_design_without_findings_is_no_success() -> None:
     assert (root.get("errors"), root.get("tests")) == ("1", "1")
 
 
+@pytest.mark.slow
 @given(st.text())
 def test_junit_is_well_formed_whatever_the_names(text: str) -> None:
     result = replace(FAILED, name=text, error=text or "e", file=Path("x.toml"))

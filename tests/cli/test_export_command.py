@@ -85,6 +85,7 @@ def test_data_is_the_controller_to_the_last_bit(tmp_path: Path, form: str) -> No
         assert json.loads(file.read_text())["feedback"] == "positive"
 
 
+@pytest.mark.slow
 @COMPILER
 @pytest.mark.parametrize("table", ["", '[export]\narithmetic = "fixed"\nword = 20\n'])
 def test_the_compiled_code_is_judged_like_the_design(tmp_path: Path, table: str) -> None:
@@ -102,6 +103,7 @@ def test_the_compiled_code_is_judged_like_the_design(tmp_path: Path, table: str)
     assert values[1] == pytest.approx(values[0], rel=1e-3 if table else 1e-9)
 
 
+@pytest.mark.slow
 @COMPILER
 def test_the_worst_arm_of_a_box_is_the_compiled_codes(tmp_path: Path) -> None:
     box = "[uncertainty]\nbox = { stiffness_factor = [0.8, 1.2] }\nsamples = 0\nsearches = 0\n"
@@ -126,6 +128,15 @@ def _compiled_controller(file: DesignFile) -> sc.Controller:
     return judging.own[1]
 
 
+def test_an_unstable_loop_fails_compiled_as_it_does_otherwise(tmp_path: Path) -> None:
+    path = design(tmp_path, DESIGN.replace("kp = 14.0", "kp = -14.0"))
+    for options in ([], ["--compiled"]):
+        run = command("check", path, *options)
+        assert run.returncode == 1, run.stderr
+        assert "FAIL" in run.stdout
+    assert "nothing was compiled: a program is made of a stable loop alone" in run.stdout
+
+
 def test_a_machine_without_a_compiler_says_so_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,8 +156,10 @@ def test_a_machine_without_a_compiler_says_so_in_one_line(
         (("[truth]", "[export]\nword = 16\n[truth]"), r"export.word: double has no word"),
         (("[truth]", '[export]\narithmetic = "fixed"\nword = 40\n[truth]'), r"export.word: words of 40 bits; give 4 to 32"),
         (("[truth]", '[export]\nreversed = ["tip"]\n[truth]'), r"export.reversed.0: unknown name 'tip'"),
+        (("[truth]", '[export]\nreversed = ["theta"]\n[truth]'), r":\d+: export.reversed.0: theta has no raw units here, in whose function its sign is turned; give counts_per_turn too"),
+        (("[truth]", '[export]\nreversed = ["voltage"]\ncounts_per_turn = 4096\n[truth]'), r"export.reversed.0: voltage has no raw units here.*; give steps_per_unit too"),
         (("[truth]", "[export]\ncounts_per_turn = 0\n[truth]"), r"export.counts_per_turn"),
-        (("[truth]", '[export]\narithmetic = "fixed"\nword = 16\nfraction = 17\n[truth]'), r":\d+: export.fraction: 17 of 16 bits behind the point overflow: theta comes to 0.527; give at most 15, or a word of 18 bits"),
+        (("[truth]", '[export]\narithmetic = "fixed"\nword = 16\nfraction = 17\n[truth]'), r":\d+: export.fraction: 17 of 16 bits behind the point overflow: voltage comes to 1.3; give at most 14, or a word of 19 bits"),
     ],
 )  # fmt: skip
 def test_what_cannot_run_is_refused_in_one_line(

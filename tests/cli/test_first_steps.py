@@ -16,6 +16,7 @@ from slewctl.gate import check_file
 ORIGINS = (*STARTERS, *catalogue.names())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("origin", ORIGINS)
 def test_what_is_begun_with_passes_the_gate(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, origin: str

@@ -59,6 +59,7 @@ def stands(command: str, text: str) -> None:
     assert run.faults == (), f"{run.faults}\n{text}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_the_files_themselves_are_judged(name: str) -> None:
     """What is mutated is a design that works, or a refusal would prove nothing."""
@@ -75,6 +76,7 @@ def test_check_bears_any_file(text: str) -> None:
     stands("check", text)
 
 
+@pytest.mark.slow
 @given(quick)
 @fuzz(20)
 def test_ladder_bears_any_file(text: str) -> None:

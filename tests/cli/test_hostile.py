@@ -72,6 +72,7 @@ def test_what_cannot_be_read_is_refused_in_one_line(command: list[str], kind: st
     assert not Path("out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["check", "compare"])
 def test_the_other_designs_of_a_folder_are_judged(command: str) -> None:
     Path("d").mkdir()
@@ -180,12 +181,13 @@ def test_reports_hold_titles_and_names_as_text() -> None:
         assert {row["case"] for row in rows(table)} == {"'=cmd"}
 
 
-def test_a_study_is_no_design_for_the_hook() -> None:
-    Path("study.toml").write_text('[arm]\ncatalogue = "paper-beam"\n[[grid]]\norders = [1]\n')
+@pytest.mark.parametrize("more", ["[[grid]]\norders = [1]\n", ""], ids=["a study", "an arm alone"])
+def test_what_is_no_design_is_none_for_the_hook(more: str) -> None:
+    Path("study.toml").write_text(f'[arm]\ncatalogue = "paper-beam"\n{more}')
     done = slewctl("check", "--quiet", "study.toml")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     alone = slewctl("check", "study.toml")
-    told = "only studies, no design: nothing to judge; run a study with slewctl study\n"
+    told = "only studies or arms, no design: nothing to judge; run a study with slewctl study\n"
     assert (alone.returncode, alone.stdout, alone.stderr) == (0, told, "")
     done = slewctl("check", "study.toml", design("good"))
     assert done.returncode == 0
@@ -248,6 +250,7 @@ def test_a_full_device_for_errors_changes_no_exit_code() -> None:
     assert (done.returncode, done.stdout) == (2, b"")
 
 
+@pytest.mark.slow
 @UNIX
 def test_closed_streams_change_no_exit_code() -> None:
     def close() -> None:

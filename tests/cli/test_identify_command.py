@@ -36,6 +36,7 @@ MAPPED = {"time_s": "t", "torque": "u", "theta_deg": "enc"}
 COLUMNS = tuple(x for pair in MAPPED.items() for x in ("--column", "=".join(pair)))
 
 
+@pytest.mark.slow
 def test_a_log_becomes_a_report_and_an_arm(folder: Path) -> None:
     out = folder / "out"
     run = command(

@@ -84,6 +84,7 @@ def test_a_continuous_law_without_log_slew_or_luck(
     assert "1 of 2 requirements fail" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_without_a_compiler_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     design = tmp_path / "plain.toml"
     clocked = 'filter_hz = 10.0 }\nsample_time = 0.01\ndiscretise = "tustin"'

@@ -52,6 +52,7 @@ def write(folder: Path, slew: str = "", rest: str = REQUIRED, servo: str = SERVO
     return path
 
 
+@pytest.mark.slow
 def test_requirements_are_judged_on_the_slew_as_it_happens(tmp_path: Path) -> None:
     ideal = check_file(write(tmp_path))
     notes = [f.verdict.note for f in ideal.findings if not f.verdict.passed]

@@ -57,6 +57,7 @@ def files(folder: Path) -> dict[str, bytes]:
     return {p.name: p.read_bytes() for p in folder.iterdir() if p.suffix != ".jsonl"}
 
 
+@pytest.mark.slow
 def test_maps_are_drawn_of_the_slice_that_is_named(
     study: Path, tmp_path: Path, in_threads: None
 ) -> None:

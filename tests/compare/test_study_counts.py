@@ -136,6 +136,7 @@ def test_slices_hold_every_design_of_their_axes_and_are_found_by_them() -> None:
         result.sliced({"n": "2"})
 
 
+@pytest.mark.slow
 def test_a_page_holds_so_many_maps_however_large_the_study(tmp_path: Path) -> None:
     sizes = []
     for bandwidths in (8, 24):

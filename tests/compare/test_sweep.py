@@ -277,6 +277,7 @@ def test_an_interruption_at_any_moment_is_not_told_by_threads(
     assert not said
 
 
+@pytest.mark.slow
 def test_dask_cluster_gives_the_same_rows(tmp_path: Path) -> None:
     sweep(sweep_work.eigenvalues, pieces(8), tmp_path / "p", stamp=STAMP, workers=2)
     with (

@@ -138,6 +138,7 @@ def test_an_unstable_arm_is_worse_than_any_stable_one() -> None:
         assert (row["growth_per_s"] is None) == row["stable"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quantity", [q.name for q in quantities_of(CASE.slew) if q.unit != "V"])
 def test_every_quantity_can_be_the_one_that_is_worst(quantity: str) -> None:
     found = worst_case(CASE, {"payload_mass": (0.0, 0.1)}, quantity=quantity, samples=1, searches=0)

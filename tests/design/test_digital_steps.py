@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,9 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import slewctl as sc
-from slewctl.compare import digital_loss, loop_signals, read
+from slewctl.compare import Judgement, digital_loss, evaluate, least_word, loop_signals, read
 from slewctl.design.anti_windup import anti_windup
 from slewctl.design.digital.sections import in_sections
+from slewctl.embedded import CodeOptions, program_of
+from slewctl.files import design_of_text
 from slewctl.numerics.discrete_equations import solve_discrete_lyapunov
 from slewctl.numerics.interconnect import series
 from slewctl.numerics.linear_system import LinearSystem
@@ -349,3 +352,48 @@ def test_a_law_is_told_of_its_limited_command_alike_however_it_came_to_its_clock
         answers.append(np.ravel(moved))
     assert answers[0] == pytest.approx(answers[1], rel=1e-9)
     assert sc.h2_lmi(plant).reduced(3, plant).entry is None
+
+
+def unweighted(law: str, limit: str = "") -> Judgement:
+    """A law that was made elsewhere: no limits, no noise, and a slew."""
+    arm = f'arm = {{ catalogue = "quanser-flexible-link", damping_ratio = 0.01{limit} }}'
+    rest = "slew = { angle_deg = 30.0, duration_s = 1.0 }\ntruth = { modes = 5 }"
+    text = f"{arm}\ncontroller = {{ method = 'given', output = 'torque', sample_time = 0.002, {law} }}\n{rest}\n"
+    return evaluate(design_of_text(text, Path("law.toml")).case).judgement
+
+
+def test_words_of_a_law_without_weights_still_move_the_arm() -> None:
+    """No cost tells what rounding does: a law in 4 bits had kept its margins, and gave nothing."""
+    law = "A = [[0.9]], B = [[0.01]], C = [[-0.1]], D = [[-0.05]], inputs = ['tip'], feedback = 'positive'"
+    judged = unweighted(law, ", actuator = { torque_limit = 0.5 }")
+    words, lost = least_word(judged)
+    assert words.arithmetic is not None
+    assert 0 < lost.blur <= lost.worst <= 0.01
+    signals = loop_signals(judged)
+    assert 2.0**-words.arithmetic.command < 0.05 * np.abs(signals.command).max()
+    short = judged.controller.in_fixed_point(words.arithmetic.word - 3, None, signals)
+    assert digital_loss(judged, judged.yardstick.judge(short, judged.slew)).worst > 0.01
+
+
+def test_a_rise_of_a_margin_is_a_change_where_there_is_no_cost() -> None:
+    few, more = (problem().judge(design(n)) for n in (1, 2))
+    found = digital_loss(few, more)
+    unknown = {**found.before, "h2_cost": found.before["h2_cost"]._replace(value=np.nan)}
+    free = replace(found, before=unknown)
+    back = replace(free, before=found.after, after=unknown)
+    assert free.worst >= free.margin
+    assert min(free.worst, back.worst) > 0
+    assert min(free.margin, back.margin) == 0  # one of them has more of every margin
+
+
+def test_where_nothing_limits_the_command_its_words_end_and_the_head_says_where() -> None:
+    pid = "pid = { kp = 0.6, ki = 1.0, kd = 0.05, filter_hz = 30.0 }, discretise = 'tustin'"
+    judged = unweighted(pid)
+    made = program_of(judged, CodeOptions("fixed", word=16))
+    words = made.words
+    assert words is not None
+    assert made.limit == words.largest * 2.0**-words.command
+    assert made.limit > 2 * np.abs(loop_signals(judged).command).max()
+    told = f"where its words end the command is cut off at {made.limit:g}"
+    assert any(told in note for note in made.notes)
+    assert made.windup.any()  # its integral is told

@@ -79,6 +79,7 @@ def test_the_cost_is_that_of_the_loop_as_given(seed: int, sampled: bool, sensors
     assert found.h2_cost == pytest.approx(loop_cost(p, found.system), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampled", [False, True])
 @pytest.mark.parametrize("seed", range(3))
 def test_no_controller_of_a_first_order_plant_is_better(seed: int, sampled: bool) -> None:
@@ -195,6 +196,7 @@ def test_constraints_that_bind_nothing_leave_the_optimum(seed: int) -> None:
     assert loose.h2_cost == pytest.approx(optimum, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_bound_that_binds_is_kept_with_feedthrough() -> None:
     p = random_plant(3, states=2)
     free = h2_hinf(p, hinf_max=1e9, weight_hz=0.1)

@@ -34,6 +34,7 @@ def plant(basis: Basis, hub: float = 0.2) -> GeneralisedPlant:
     return generalised_plant(assemble(arm, basis), OBJECTIVE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hub", [0.0, 0.2, 20.0])
 @pytest.mark.parametrize("basis", [ClampedFree, Slewing])
 @pytest.mark.parametrize("n", [1, 3])

@@ -50,6 +50,7 @@ def gap(p: GeneralisedPlant) -> float:
     return abs(controller.h2_cost / lqg(p).h2_cost - 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hub", [0.0, 0.02, 0.2, 20.0])
 @pytest.mark.parametrize("basis", [ClampedFree, Slewing])
 @pytest.mark.parametrize("n", [1, 2, 4, 8])
@@ -65,6 +66,7 @@ CATALOGUE_BASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "basis"), CATALOGUE_BASES)
 def test_gap_is_below_1e_9_for_every_catalogue_arm(name: str, basis: str) -> None:
     arm = replace(arms.get(name), damping_ratio=0.005, motor=None, joint=None)
@@ -143,6 +145,7 @@ def test_contradictory_constraints_are_refused() -> None:
         solve_h2(replace(problem, regulator=replace(problem.regulator, problem=impossible)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["separated", "joint"])
 @given(st.integers(0, 10**6), st.floats(0.0, 3.0))
 @settings(deadline=None, max_examples=6, derandomize=True)

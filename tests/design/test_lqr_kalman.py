@@ -54,6 +54,7 @@ def test_kalman_is_that_of_python_control(objective: Objective, modes: int) -> N
     assert np.linalg.norm(ours - theirs) < 1e-9 * np.linalg.norm(theirs)
 
 
+@pytest.mark.slow
 def test_cost_to_go_is_the_integral_of_z_squared() -> None:
     plant = design_plant(2)
     solution = lqr(plant)

@@ -49,6 +49,7 @@ def easy(problem: GeneralisedPlant) -> float:
     return float(gain(problem, system, grid(problem, system)).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "factor"), [(1, 0.7), (2, 0.3)])
 def test_the_bound_holds_on_a_grid_of_transfer_matrices(n: int, factor: float) -> None:
     problem = plant(n)
@@ -105,6 +106,7 @@ def test_tightening_costs_more_and_less_than_detuning_the_optimum() -> None:
     assert costs[-1] < min(detuned)
 
 
+@pytest.mark.slow
 def test_neglected_modes_below_the_bound_cannot_destabilise() -> None:
     """Any stable Δ with |Δ| < |W|/γ: random resonances, scaled up to the edge, stay stable."""
     problem = plant(1, Objective({"tip": 0.1, "torque": 1.6}, {"torque": 0.07, "theta": 1.3e-3}))

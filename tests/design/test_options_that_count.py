@@ -140,6 +140,7 @@ def test_every_option_is_tried() -> None:
         assert tried | {"signal_used", *CLOCK} >= set(options(method)), method
 
 
+@pytest.mark.slow
 @given(choices())
 @settings(max_examples=60, deadline=None)
 def test_no_option_is_swallowed(choice: tuple[str, dict[str, object]]) -> None:
@@ -153,6 +154,7 @@ def test_no_option_is_swallowed(choice: tuple[str, dict[str, object]]) -> None:
         assert without is None or not alike(found, without), (method, given, name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "option"), [(method, name) for method in BINDING for name in BINDING[method][1]]
 )

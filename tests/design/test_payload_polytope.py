@@ -80,6 +80,7 @@ def test_assembled_arms_lie_on_the_line_between_the_vertices(
     np.testing.assert_allclose(mixed, system(mass), atol=1e-11 * np.abs(mixed).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wish", [{}, {"decay_rate_min": 0.05 * OMEGA}, {"stiffness": [0.9, 1.1]}])
 def test_the_loop_is_stable_at_fifty_masses(wish: dict[str, object]) -> None:
     problem = plant(2)
@@ -90,6 +91,7 @@ def test_the_loop_is_stable_at_fifty_masses(wish: dict[str, object]) -> None:
         assert close(changed, OBJECTIVE, controller).stable
 
 
+@pytest.mark.slow
 def test_state_feedback_is_stable_and_as_fast_as_asked_everywhere_inside() -> None:
     problem = plant(3)
     assert problem.model is not None
@@ -105,6 +107,7 @@ def test_state_feedback_is_stable_and_as_fast_as_asked_everywhere_inside() -> No
             assert np.linalg.eigvals(A - B @ K).real.max() <= -wish * (1 - 1e-6)
 
 
+@pytest.mark.slow
 def test_a_nominal_regulator_is_lost_to_a_tip_mass_that_this_one_carries() -> None:
     """On an undamped arm with five functions 1 % of the beam's mass is enough; damped, 10 %."""
     for damping_ratio, mass in ((0.0, 0.01), (0.005, 0.1)):
@@ -128,6 +131,7 @@ def test_a_range_of_one_payload_gives_the_optimum() -> None:
     )
 
 
+@pytest.mark.slow
 def test_widening_the_range_never_lowers_the_promised_cost() -> None:
     problem = plant(2)
     bounds = [

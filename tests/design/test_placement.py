@@ -81,6 +81,7 @@ def test_wishes_are_met_on_random_arms(arm: Arm, n: int, damping: float) -> None
     assert pole_distance(closed, wanted) < 1e-7
 
 
+@pytest.mark.slow
 @deterministic(8)
 @given(arm=arms(), n=st.integers(1, 6), damping=st.floats(1e-4, 0.02))
 def test_the_gain_is_that_of_ackermann_in_many_digits(arm: Arm, n: int, damping: float) -> None:

@@ -130,6 +130,7 @@ def test_the_observer_may_have_a_region_of_its_own() -> None:
     assert controller.certificate.verified
 
 
+@pytest.mark.slow
 def test_an_impossible_region_says_what_to_relax() -> None:
     problem = plant(1)
     radius = 0.05 * OMEGA

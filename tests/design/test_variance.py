@@ -43,6 +43,7 @@ def weighted(problem: GeneralisedPlant, torque: float, tip: float = 0.1) -> obje
     return lqg(generalised_plant(problem.model, Objective(limits, problem.objective.noise))).system
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [1, 2, 3])
 @pytest.mark.parametrize("share", [0.9, 0.5])
 def test_an_active_bound_is_met_and_agrees_with_a_multiplier(n: int, share: float) -> None:

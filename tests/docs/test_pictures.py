@@ -36,6 +36,7 @@ def test_one_function_is_well_on_its_model_and_lost_on_the_arm() -> None:
     assert abs(told["grows"] / told["second"] - 1) < 0.1
 
 
+@pytest.mark.slow
 def test_three_functions_hold_on_the_arm_and_not_with_a_payload() -> None:
     assert pictures.loop(3).margins.confirmed
     assert numbers("margin")["disk"] > 0.5

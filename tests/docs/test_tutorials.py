@@ -35,6 +35,7 @@ PAGES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
 def test_tutorial_shows_what_its_code_prints(page: Path) -> None:
     if page.stem == "dask":

@@ -77,6 +77,7 @@ def in_c(made: Program, inputs: list[list[Any]], folder: Path) -> list[tuple[Any
     return list(struct.iter_unpack(f"={letter(made)}B", ran.stdout))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["double", "float", "16 bits", "32 bits"])
 def test_every_command_is_that_of_python_to_the_last_bit(kind: str, tmp_path: Path) -> None:
     made = program(kind)
@@ -88,6 +89,7 @@ def test_every_command_is_that_of_python_to_the_last_bit(kind: str, tmp_path: Pa
     assert 0.1 < np.mean(np.abs(commands) == limit) < 0.6  # at its limit, and not
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_compilers_have_nothing_to_say_and_the_test_program_holds(
     kind: str, tmp_path: Path
@@ -127,6 +129,7 @@ def test_a_changed_coefficient_is_seen(tmp_path: Path, monkeypatch: pytest.Monke
         read_back(made, compile_program(made))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "digits"), [("double", 1e-12), ("float", 1e-7), ("16 bits", 1e-12), ("32 bits", 1e-12)]
 )
@@ -266,6 +269,7 @@ LAWS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "options"),
     [("gains alone", CodeOptions()), *((law, CodeOptions("fixed", word=16)) for law in LAWS)],

@@ -91,6 +91,7 @@ def words_of(made: Program, values: list[float]) -> list[Any]:
     return [int(np.floor(np.ldexp(v, b) + 0.5)) for v, b in zip(values, bits, strict=True)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_it_commands_what_the_program_does(loaded: Any, kind: str) -> None:
     made = program(kind)

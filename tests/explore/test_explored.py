@@ -53,6 +53,7 @@ def test_a_file_of_which_nothing_is_changed_is_the_file(path: Path) -> None:
     assert changed_text(design, {}) == design.source.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_changed_key_is_the_only_one_that_changes(path: Path) -> None:
     design = read_design(path)
@@ -69,6 +70,7 @@ def test_a_changed_key_is_the_only_one_that_changes(path: Path) -> None:
         assert comments(text) == comments(design.source.text)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
 def test_stiffness_and_damping_are_those_of_a_varied_arm(path: Path, factor: float) -> None:
@@ -195,6 +197,7 @@ def test_an_arm_without_damping_has_no_slider_of_a_factor() -> None:
     assert DAMPING not in {knob.key for knob in knobs(design_of_text(text, design.path))}
 
 
+@pytest.mark.slow
 def test_what_is_confirmed_is_what_the_gate_says_of_the_saved_file(tmp_path: Path) -> None:
     found = explored(DESIGNS / "12-any-payload.toml", {"arm.hub.inertia": 0.25, "model.n": 1})
     path = tmp_path / "saved.toml"
@@ -221,6 +224,7 @@ def test_a_first_look_is_of_one_truth_and_says_so() -> None:
     assert held != found.body() == with_ladder(held, seen_ladder(found.design))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "settings"),
     [

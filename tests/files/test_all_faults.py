@@ -137,6 +137,7 @@ def test_an_arm_and_a_study_tell_all_faults_too(tmp_path: Path) -> None:
     assert len(str(study.value).split("\n")) == 2
 
 
+@pytest.mark.slow
 def test_many_faults_are_counted(tmp_path: Path) -> None:
     path = written(tmp_path, QUICK + "\n".join(f"r{k} = 1" for k in range(1900)))
     with pytest.raises(FaultsError) as caught:

@@ -215,7 +215,7 @@ def test_no_more_than_asked_for_is_read(tmp_path: Path) -> None:
 def test_studies_are_no_designs_whatever_their_folder(tmp_path: Path) -> None:
     study = tmp_path / "a-study.toml"
     study.write_text('[arm]\ncatalogue = "paper-beam"\n[[grid]]\norders = [1]\n')
-    with pytest.raises(InputError, match="studies only, no design in this folder"):
+    with pytest.raises(InputError, match="only studies or arms, no design in this folder"):
         find_designs([tmp_path])
     half = tmp_path / "half.toml"
     half.write_text(QUICK.replace("[controller]", "[control]"))

@@ -176,6 +176,7 @@ def _leads(content: Any, keys: list[str]) -> bool:
     return isinstance(content, dict | list)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [*ARMS, *DESIGNS])
 def test_what_is_wrong_is_told_at_its_key(tmp_path: Path, kind: str) -> None:
     tables, read = (ARMS[kind], read_arm) if kind in ARMS else (DESIGNS[kind], read_design)

@@ -115,6 +115,7 @@ def test_names_tell_designs_apart_by_as_many_folders_as_it_takes(tmp_path: Path)
 HOSTILE = "__import__('os').system('touch owned') {{ 7*7 }} ${PATH} `id` !!python/object:os.system"
 
 
+@pytest.mark.slow
 def test_a_design_file_runs_no_code(tmp_path: Path) -> None:
     """No text of a file is compiled, executed, imported or handed to a shell."""
     text = BASE.replace("[arm]", f'title = "{HOSTILE}"\n[arm]\nname = "{HOSTILE}"')

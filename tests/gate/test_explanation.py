@@ -56,6 +56,7 @@ def room(result: DesignResult) -> float:
     return min(rooms)
 
 
+@pytest.mark.slow
 def test_the_advice_is_the_change_that_leaves_the_most_room(tmp_path: Path) -> None:
     design = written(tmp_path, DESIGN.format(torque=1.0, theta=0.01))
     found = explain(design)
@@ -72,6 +73,7 @@ def test_the_advice_is_the_change_that_leaves_the_most_room(tmp_path: Path) -> N
     assert len(found.sentences) <= 10
 
 
+@pytest.mark.slow
 def test_a_design_that_is_lost_is_told_its_mode_and_to_slow_down(tmp_path: Path) -> None:
     beyond = DESIGN.format(torque=10.0, theta=1e-4).replace("theta =", "tip =")
     design = written(tmp_path, beyond)

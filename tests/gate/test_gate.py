@@ -241,6 +241,7 @@ def test_what_nobody_reads_is_not_looked_up(
     assert len(asked) <= 100
 
 
+@pytest.mark.slow
 def test_an_arm_without_damping_is_judged_and_fails(tmp_path: Path) -> None:
     """A mode that feedback moves by 5e-13 of its frequency: on which side nothing can prove."""
     path = tmp_path / "undamped.toml"

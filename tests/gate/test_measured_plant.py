@@ -231,6 +231,7 @@ def test_every_margin_of_a_response_is_read_for_the_requirement_it_answers() -> 
     assert not judge_measured(margins, {"sensitivity_peak_max": peak.value})[1].passed
 
 
+@pytest.mark.slow
 def test_a_page_tells_the_verdicts_that_the_gate_gives(tmp_path: Path) -> None:
     """On the arm, its variations and the rig: what was judged once is not judged otherwise."""
     rigs = Path(__file__).parents[2] / "designs/rigs"

@@ -32,6 +32,7 @@ def holds(tally: Tally, designs: int) -> None:
     assert counts["margins not confirmed"] == 0
 
 
+@pytest.mark.slow
 def test_no_verdict_is_wrong_and_no_margin_or_cost() -> None:
     tally = Tally().judge(random_designs(1, 10, most_modes=7), figures=3)
     holds(tally, 10)

@@ -153,6 +153,7 @@ def perturbed(rng: np.random.Generator, plant: control.StateSpace) -> control.St
     )
 
 
+@pytest.mark.slow
 def test_a_margin_larger_than_the_gap_keeps_the_loop_stable() -> None:
     """With Vinnicombe's bound on the margin that is left: none violated; both outcomes occur."""
     rng = np.random.default_rng(1)

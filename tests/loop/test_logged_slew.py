@@ -86,6 +86,7 @@ def test_another_arm_parts_where_it_does_something_else() -> None:
     assert found.output.fit < 98
 
 
+@pytest.mark.slow
 def test_gain_and_dead_time_of_the_rig_are_held_against_the_margins() -> None:
     loop = problem().judge(law()).loop
     torque = 0.02 * sc.prbs(6000, amplitude=1.0, seed=2)
@@ -101,6 +102,7 @@ def test_gain_and_dead_time_of_the_rig_are_held_against_the_margins() -> None:
     assert use.gain_margins_db[0] < use.gain_db[0]  # a PD loop stands that
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("gain", "late", "stable"),
     [(1.0, 0.0, True), (1.8, 0.0, True), (1.0, 0.015, True), (1.5, 0.01, True), (1.8, 0.01, False)],
@@ -130,6 +132,7 @@ def test_gain_and_dead_time_are_held_against_the_margins_together(
     assert asked.judge(there).loop.stable == stable
 
 
+@pytest.mark.slow
 def test_a_slew_without_noise_tells_the_gain_and_no_deviation_of_nothing() -> None:
     log = logged(predicted(), 0.4)
     use = margin_use(problem().judge(law()).loop, log)

@@ -80,6 +80,7 @@ ASKED: dict[str, Asked] = {
 ALL = pytest.mark.parametrize("name", list(ASKED))
 
 
+@pytest.mark.slow
 @ALL
 def test_signals_are_matched_by_name_and_only_nameless_ones_by_position(name: str) -> None:
     ask, path, K = ASKED[name], LOOP.plant.control_path, LOOP.controller.system

@@ -50,6 +50,7 @@ def distance(a: np.ndarray, b: np.ndarray) -> float:
     return float(max(gap.min(axis=0).max(), gap.min(axis=1).max()))
 
 
+@pytest.mark.slow
 def test_stable_agrees_with_an_independent_closed_loop() -> None:
     rng = np.random.default_rng(8)
     decisions = []

@@ -48,6 +48,7 @@ def test_ten_random_loops(seed: int) -> None:
         check_loop(loop, f"seed {seed}, loop {i}", points=100)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective_torque", [0.1, 1.0, 10.0])
 @pytest.mark.parametrize("n", [4, 7])
 def test_undamped_paper_beam(n: int, objective_torque: float) -> None:
@@ -117,6 +118,7 @@ def test_modal_loop_helper_evaluates_its_own_state_space() -> None:
     np.testing.assert_allclose(direct, loop.function(omega), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_margins_do_not_depend_on_the_last_digits() -> None:
     """Fifteen designs that differ by parts per million have the same margins to as many."""
     model = assemble(catalogue.get("paper-beam"), ClampedFree(4))

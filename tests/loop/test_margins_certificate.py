@@ -54,6 +54,7 @@ def loops(kind: str) -> list[tuple[LinearSystem, LinearSystem]]:
     return [(pair.plant, pair.negative) for pair in pairs]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["flexible", "mixed"])
 def test_what_the_intervals_claim_is_so(kind: str) -> None:
     checked = stable = 0

@@ -70,6 +70,7 @@ def test_a_shift_of_a_millionth_is_noticed() -> None:
     assert gain_doubts(loop, [Limit(6.0 * (1 - 3e-6), float(np.sqrt(2)))])
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-10, 10), min_size=1, max_size=30))
 @settings(deadline=None, max_examples=50, derandomize=True)
 def test_polished_roots(roots: list[float]) -> None:

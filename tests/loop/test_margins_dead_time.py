@@ -42,6 +42,7 @@ def test_a_light_resonance_with_one_second_of_dead_time_is_unstable() -> None:
         margins(0.9 / (S**2 + 0.01 * S + 1), 1.0, delay=1.0)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=15, derandomize=True)
 @given(st.floats(0.05, 3.0), st.floats(0.2, 0.9))
 def test_the_delay_margin_is_what_the_loop_stands(lag: float, part: float) -> None:

@@ -64,6 +64,7 @@ def test_delay_chain_is_a_delay() -> None:
         assert value == pytest.approx(np.exp(-0.3j * omega), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", LOOPS)
 def test_delay_margin(loops: dict[tuple[int, int], Loop], key: tuple[int, int]) -> None:
     loop = loops[key]
@@ -73,6 +74,7 @@ def test_delay_margin(loops: dict[tuple[int, int], Loop], key: tuple[int, int]) 
     assert growth_with_delay(loop, 1.001 * margin) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", LOOPS)
 def test_phase_margin(loops: dict[tuple[int, int], Loop], key: tuple[int, int]) -> None:
     loop = loops[key]

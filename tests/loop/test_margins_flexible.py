@@ -42,6 +42,7 @@ def compare(m: Margins, truth: BruteMargins, label: str) -> None:
     assert m.confirmed, (label, m.doubts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_few_flexible_loops(seed: int) -> None:
     loops = random_flexible_loops(seed, 9, 20)

@@ -69,6 +69,7 @@ def test_whole_samples_multiply_by_powers_of_z() -> None:
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [30, 34])
 def test_stable_at_every_smaller_delay_and_unstable_beyond(seed: int) -> None:
     tried = 0

@@ -69,6 +69,7 @@ def test_a_pole_at_minus_one_stands_no_sample() -> None:
 parts = st.floats(-1, 1).map(lambda x: round(x, 3))
 
 
+@pytest.mark.slow
 @given(
     st.lists(parts.map(lambda x: 0.95 * x), min_size=0, max_size=2),
     st.lists(parts, min_size=1, max_size=3),
@@ -88,6 +89,7 @@ def test_poles_at_and_near_half_the_sampling_frequency(
         assert radius(loop) > 1 - 1e-9
 
 
+@pytest.mark.slow
 @given(st.floats(-0.99, 3.0), st.floats(-0.9, 0.9))
 @deterministic(40)
 def test_feedthrough(gain: float, pole: float) -> None:

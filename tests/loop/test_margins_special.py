@@ -54,6 +54,7 @@ def test_gain_margin_reached_only_at_infinite_frequency() -> None:
     assert m.confirmed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("loop", "phase"),
     [
@@ -84,6 +85,7 @@ def test_static_loop_of_size_one() -> None:
     assert "whole sample" in m.delay_s.note
 
 
+@pytest.mark.slow
 @given(
     st.lists(
         st.sampled_from([-0.8, -0.5, -0.2, 0.3, 0.6, 0.9]), min_size=1, max_size=4, unique=True
@@ -129,6 +131,7 @@ def test_feedthrough_minus_one_is_refused() -> None:
         margins((-S + 3) / (S + 1))
 
 
+@pytest.mark.slow
 def test_loop_that_is_real_at_all_frequencies_cannot_be_stable() -> None:
     """L(s) = L(−s): the closed-loop poles lie symmetrically about the axis."""
     with pytest.raises(UnstableLoopError):
@@ -141,6 +144,7 @@ def test_real_at_all_frequencies_after_a_stable_cancellation() -> None:
     assert m.phase_deg.value == np.inf
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zeta", [0.0, 1e-9, 1e-4])
 def test_poles_on_the_axis(zeta: float) -> None:
     """An integrator and rate-fed modes: L is positive real, and no gain limits it."""
@@ -379,6 +383,7 @@ def test_nearest_distances_are_no_smaller_than_is_proved(gain: float) -> None:
             assert abs(margin.value / least - 1) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2])
 def test_a_hub_that_friction_slows_down_in_hours_is_proved(friction: float) -> None:
     """The poles of the angle and of the friction lie beside each other, next to 1e5 rad/s."""

@@ -30,6 +30,7 @@ def test_three_lags() -> None:
     assert m.confirmed
 
 
+@pytest.mark.slow
 @given(st.floats(-6, 6), st.floats(-3, 3), st.floats(0.05, 20))
 @settings(deadline=None, max_examples=40, derandomize=True)
 def test_double_integrator_with_pd(decade: float, stiffness: float, damping: float) -> None:

@@ -20,7 +20,7 @@ def response(system: object, hz: np.ndarray = HZ) -> sc.Response:
     points = 2j * np.pi * hz
     step = float(system.dt or 0)  # type: ignore[attr-defined]
     points = np.exp(points * step) if step else points
-    return sc.Response(hz, np.array([system(s) for s in points]), sample_time=step)  # type: ignore[operator]
+    return sc.Response(hz, np.asarray(system(points)), sample_time=step)  # type: ignore[operator]
 
 
 MEASURED = response(PLANT)
@@ -188,6 +188,7 @@ def test_encirclements_count_what_the_poles_say(
         assert again.stable is stable
 
 
+@pytest.mark.slow
 def test_coarse_points_leave_more_open_and_never_lie() -> None:
     law = pid(0.3, 0.1, 0.0, 20.0)
     exact = sc.margins(PLANT, law).modulus.value
@@ -220,6 +221,7 @@ def test_noise_widens_the_interval_and_the_truth_is_in_it() -> None:
     assert widths[1] > widths[0]
 
 
+@pytest.mark.slow
 def test_what_was_not_measured_is_refused() -> None:
     sampled = response(PLANT.sample(0.02), HZ[HZ < 24])
     tip = ct.ss([], [], [], [[1.0]], inputs=["tip"], outputs=["torque"])

@@ -68,6 +68,7 @@ def assert_sound(disk: MultiloopDisk) -> None:
     assert np.abs(disk.perturbation) == pytest.approx(disk.reached, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_spinning_satellite() -> None:
     """Seiler, Packard and Gahinet 2020: perfect one at a time, 0.0998 together."""
     plant, controller = satellite(10.0)
@@ -95,6 +96,7 @@ def test_satellite_in_closed_form(a: float, skew: float) -> None:
     assert_sound(disk)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loop", list(stable_multiloops(1, 6)))
 def test_two_loops_against_a_grid_refined_at_every_pole(loop: control.StateSpace) -> None:
     found, truth = multiloop_disk_margin(loop), 1 / brute_force_mu(loop)
@@ -126,6 +128,7 @@ def test_three_and_four_loops_are_enclosed(channels: int) -> None:
         assert_sound(multiloop_disk_margin(loop))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loop", list(stable_multiloops(4, 4, modes=(2, 8))))
 def test_invariances(loop: control.StateSpace) -> None:
     """Units of the channels, their order, and transposition change nothing."""

@@ -28,6 +28,7 @@ def test_peak_at_zero_and_at_infinity() -> None:
     assert (high.value, high.omega) == (pytest.approx(1.0), np.inf)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inputs", [1, 2, 3])
 @pytest.mark.parametrize("step", [0, 0.05])
 def test_no_grid_finds_a_higher_singular_value(inputs: int, step: float) -> None:

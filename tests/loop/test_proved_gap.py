@@ -110,6 +110,7 @@ def about(pair: PlantPair, hertz: float | None) -> np.ndarray:
     return np.concatenate([at, near])
 
 
+@pytest.mark.slow
 def test_the_bounds_hold_in_forty_digits() -> None:
     """Nowhere is the distance larger, or the margin smaller, and where it was seen it is so."""
     with mp.workdps(40):
@@ -198,6 +199,7 @@ def test_the_dual_plants_are_as_far_apart() -> None:
         assert there.bounds[0] <= back.bounds[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pole", [0.3, -0.3, 2.0])
 def test_turns_are_counted_where_poles_are_unstable_or_on_the_axis(pole: float) -> None:
     """Against zeros of G₂~G₁, for a lag k/(s − p) beside an oscillator, an integrator, and both."""

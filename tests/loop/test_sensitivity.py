@@ -46,6 +46,7 @@ def test_integrator_behind_a_lag(k: float) -> None:
     assert abs(S) == pytest.approx(BANDWIDTH_LEVEL, rel=1e-9)
 
 
+@pytest.mark.slow
 @given(st.floats(0.05, 0.6), st.floats(0.1, 10.0))
 def test_second_order_loop(zeta: float, omega: float) -> None:
     """L = ω²/(s² + 2ζωs): Mt = 1/(2ζ√(1 − ζ²)) at ω√(1 − 2ζ²), in any textbook."""
@@ -91,6 +92,7 @@ def test_no_frequency_is_higher_and_none_crosses_before(clock: dict[str, float])
     assert bandwidth(L) == pytest.approx(found, rel=1e-7)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.floats(1e-4, 1e4))
 def test_time_scales(scale: float) -> None:

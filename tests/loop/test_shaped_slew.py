@@ -143,6 +143,7 @@ def test_a_slew_that_is_too_fast_is_refused_with_the_time_that_works(profile: st
     assert f"at least {named:.3g} s" in told
 
 
+@pytest.mark.slow
 def test_commands_side_by_side() -> None:
     loop = given_loop(T=0.02, limit=20.0)
     found = sc.compare_commands(loop, sc.Slew(30.0, 3.0), modes=2, error=0.15)

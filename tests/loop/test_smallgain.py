@@ -98,6 +98,7 @@ def test_value_is_the_largest_of_k_s_delta_over_frequency(loop: Loop, design: Mo
     assert not (found.certified and not loop.stable)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("loop", "design"), LOOPS)
 def test_the_critical_share_is_where_the_poles_cross(loop: Loop, design: Model) -> None:
     """Shares of Δ between the design model and the truth, closed by brute force."""
@@ -125,6 +126,7 @@ def test_the_critical_share_is_where_the_poles_cross(loop: Loop, design: Model) 
     assert [mode.modelled for mode in found.modes] == [k < design.n for k in range(loop.model.n)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("loop", "design"), UNSTABLE)
 def test_the_mode_that_spills_over_is_named(loop: Loop, design: Model) -> None:
     assert not loop.stable

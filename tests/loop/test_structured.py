@@ -24,6 +24,7 @@ def test_both_bounds_meet_for_up_to_three_scalars(n: int) -> None:
         assert upper_bound(M)[0] == pytest.approx(lower_bound(M).value, rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
 def test_the_diagonal_makes_the_matrix_singular_and_the_scales_give_the_bound(n: int) -> None:
     for M in matrices(n, 8):

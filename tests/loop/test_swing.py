@@ -141,6 +141,7 @@ def test_small_slew_is_the_linear_one() -> None:
     assert_allclose(swing.tip_deflection, deflection, rtol=0, atol=1e-8 * np.abs(deflection).max())
 
 
+@pytest.mark.slow
 def test_torque_as_array_has_straight_lines_between_its_values() -> None:
     model = equations(DRAGGED)
     for t in (np.linspace(0.0, 4.0, 41), np.sort(np.random.default_rng(0).uniform(0, 4, 41))):
@@ -219,6 +220,7 @@ def test_stiffening_keeps_a_fast_slew_bounded() -> None:
     assert np.abs(swings[False].tip_deflection).max() > 100 * start
 
 
+@pytest.mark.slow
 def test_stiff_truth_takes_few_steps() -> None:
     """Twenty modes up to 600 Hz, hardly excited, must not dictate the step.
 

@@ -58,6 +58,7 @@ def record(seed: int = 1, samples: int = 3000, **options: object) -> sc.Log:
     return sc.simulated_log(TRUE, u, T, gain=RIG.gain, delay=RIG.delay, seed=seed, **options)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_an_exact_response_gives_the_rig_back() -> None:
     measured = exact(T, "tip")
     found = sc.fit(NOMINAL, measured, FREE)
@@ -188,6 +189,7 @@ def test_dry_friction_stops_a_hub_and_does_no_more() -> None:
             assert after * before > -1e-12 or abs(free - before) > step
 
 
+@pytest.mark.slow
 def test_dry_friction_has_the_sign_of_a_rate_that_nobody_measured() -> None:
     """Counts of half a degree, so that differences of the angle miss where the hub turns."""
     F = 0.03
@@ -214,6 +216,7 @@ def fitted() -> sc.RigFit:
     return found
 
 
+@pytest.mark.slow
 def test_a_log_gives_the_rig_within_its_intervals(fitted: sc.RigFit) -> None:
     for name, value in EXPECTED.items():
         low, high = fitted.interval(name, 0.999)
@@ -228,6 +231,7 @@ def test_a_log_gives_the_rig_within_its_intervals(fitted: sc.RigFit) -> None:
     assert "with 95 %" in str(fitted)
 
 
+@pytest.mark.slow
 def test_what_was_found_becomes_a_design_file(fitted: sc.RigFit, tmp_path: Path) -> None:
     variations = fitted.variations()
     assert len(variations) == 2 * 5  # the gain is not the arm's
@@ -288,6 +292,7 @@ def test_units_of_torque_change_nothing(turns: list[float]) -> None:
     np.testing.assert_allclose(vectors[0], vectors[1], rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_told_apart_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rig_problem, "_STARTS", 1)  # it starts where it should end
     measured = MEASURED
@@ -384,6 +389,7 @@ def test_a_short_sweep_in_closed_loop_begins_from_the_arm_itself() -> None:
     assert f"through it the input makes {found.explained:.1%} of the output" in str(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1.0, 1e-6, 1e9])
 def test_a_rig_of_any_size_is_found_where_the_search_begins(size: float) -> None:
     """All masses, stiffnesses, frictions and torques times one factor: the same motion."""
@@ -411,6 +417,7 @@ def test_what_is_at_a_limit_says_so() -> None:
     assert problem.at_bounds(lower).all()
 
 
+@pytest.mark.slow
 def test_an_arm_that_does_not_move_like_the_log_is_doubted() -> None:
     soft = sc.vary(NOMINAL, stiffness_factor=0.05, hub_inertia=0.2)
     log = record(samples=1500, sensor="tip_deflection")

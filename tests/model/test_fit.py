@@ -39,6 +39,7 @@ RECOVERABLE = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("boundary", "truth"), RECOVERABLE)
 def test_exact_data_give_the_arm_back(boundary: str, truth: dict[str, float]) -> None:
     start = JOINTED if "joint.stiffness" in truth else START
@@ -275,6 +276,7 @@ def test_quanser_vendor_frequency_contradicts_the_measured_dips() -> None:
     assert found.misfit_probability < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [3.06, 0.3])
 @pytest.mark.parametrize("payload", [0.1, 0.6])
 def test_a_poor_start_ends_at_the_same_arm(stiffness: float, payload: float) -> None:

@@ -40,6 +40,7 @@ def test_own_finite_elements_of_a_beam_with_its_own_mass_at_mid_span() -> None:
     np.testing.assert_allclose(free, [11.489535, 47.710468], rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", [UNIFORM, TAPERED], ids=["uniform", "tapered"])
 def test_the_truth_converges_to_the_exact_determinant(arm: Arm) -> None:
     """As fast as without the masses: some ten functions a panel give eleven digits."""

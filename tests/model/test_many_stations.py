@@ -81,6 +81,7 @@ def test_a_start_from_fewer_functions_ends_at_the_same_modes() -> None:
 BASES = [ClampedFree(4), HubMatched(4), ArmMatched(4), WithStatic(ClampedFree(3))]
 
 
+@pytest.mark.slow
 @every_hub
 def test_stations_on_a_straight_line_change_nothing(parts: tuple[Hub, Payload]) -> None:
     """2,001 stations of a linear taper are the linear taper."""
@@ -100,6 +101,7 @@ def test_stations_on_a_straight_line_change_nothing(parts: tuple[Hub, Payload]) 
     assert np.all(np.abs(here.C - there.C) <= 1e-8 * size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("basis", [ArmMatched(4), WithStatic(ClampedFree(3))])
 def test_ragged_profiles_have_modes_from_above(basis: Basis) -> None:
     """Rayleigh–Ritz: no basis comes below the truth, and arm-matched functions come close."""

@@ -67,6 +67,7 @@ def scaled_rate(
     return rate / scale, scale
 
 
+@pytest.mark.slow
 @every_kind
 def test_integrals_equal_adaptive_quadrature(kind: type[Basis], full_arm: Arm) -> None:
     """M_s and K_g against scipy.integrate.quad, the tension P in closed form."""

@@ -70,6 +70,7 @@ def assert_exact(model: Truth, determinant: Determinant) -> None:
     assert alternates_between(determinant, model.omega)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("hub", "payload"), HUBS_AND_PAYLOADS)
 def test_uniform_beam_has_the_roots_of_its_characteristic_equation(
     hub: Hub, payload: Payload
@@ -82,6 +83,7 @@ def test_uniform_beam_has_the_roots_of_its_characteristic_equation(
     assert model.frequency_errors.max() < 1e-11
 
 
+@pytest.mark.slow
 def test_series_solution_agrees_with_the_closed_form() -> None:
     """The oracle for general profiles is itself held against the closed form, to 20 digits."""
     arm = Arm(Beam(1.0, 2.0, 3.0), Hub(0.3, 0.1), Payload(0.5, 0.02))
@@ -91,6 +93,7 @@ def test_series_solution_agrees_with_the_closed_form() -> None:
         assert abs(roots[0] / roots[1] - 1) < mp.mpf(10) ** -20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [1, 2])
 def test_wedge_and_cone_have_the_roots_of_their_bessel_functions(n: int) -> None:
     """m̄ = uⁿ, EI = uⁿ⁺², u = 1 − 0.6x: exact solutions by Bessel functions (Kirchhoff)."""
@@ -103,6 +106,7 @@ STEP = Stations((0, 0.4, 0.4, 1), (3, 3, 1, 1))
 TABLE = Stations((0, 0.3, 1), (2, 1, 0.5))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("beam", "modes"),
     [
@@ -117,6 +121,7 @@ def test_steps_and_tables_have_exact_frequencies(beam: Beam, modes: int) -> None
     assert_exact(model, partial(series_determinant, model.arm))
 
 
+@pytest.mark.slow
 def test_paper_beam_has_exact_frequencies() -> None:
     model = truth(arms.get("paper-beam"), 4)
     assert_exact(model, partial(series_determinant, model.arm))

@@ -123,6 +123,7 @@ def exact_cost(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> float:
         return float(sum(seen[i, j] * P[i * n + j] for i in range(n) for j in range(n)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apart", [0.5, 1e-3, 1e-6, 1e-9, 1e-13, 0.0])
 def test_poles_and_residues_know_what_they_miss(apart: float) -> None:
     """Two poles that nearly meet, or do: wrong by no more than is said, and by Lyapunov then."""

@@ -96,6 +96,7 @@ def test_simulated_small_slew_is_the_linear_one_to_third_order(full_arm: Arm) ->
     assert gaps[0] > 1e-9
 
 
+@pytest.mark.slow
 def test_a_linear_controller_holds_the_nonlinear_arm(full_arm: Arm) -> None:
     """The same PD law around either plant: equal for a small turn, settled after a large one."""
     model = assemble(full_arm, ClampedFree(2))

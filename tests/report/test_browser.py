@@ -39,6 +39,7 @@ def page(request: pytest.FixtureRequest) -> str:
     return request.param
 
 
+@pytest.mark.slow
 def test_page_says_nothing_on_the_console_and_asks_for_nothing(browser: Browser, page: str) -> None:
     for log in ("browser", "performance"):
         browser.driver.get_log(log)  # what earlier pages left behind
@@ -55,6 +56,7 @@ def test_page_says_nothing_on_the_console_and_asks_for_nothing(browser: Browser,
     assert asked == [(REPORTS / page).as_uri()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [PHONE, DESKTOP])
 def test_page_fits_and_is_legible(browser: Browser, page: str, width: int) -> None:
     browser.open(page, width, only_read=True)
@@ -73,6 +75,7 @@ def test_all_requirements_are_seen_without_scrolling(browser: Browser) -> None:
     assert wide <= seen
 
 
+@pytest.mark.slow
 def test_figures_are_vectors_and_described(browser: Browser, page: str) -> None:
     browser.open(page, only_read=True)
     figures = browser.run(
@@ -86,6 +89,7 @@ def test_figures_are_vectors_and_described(browser: Browser, page: str) -> None:
     assert browser.run("return document.querySelectorAll('img, canvas, image').length") == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("media", "scheme", "dark"),
     [("screen", "light", False), ("screen", "dark", True), ("print", "dark", False)],
@@ -104,6 +108,7 @@ def test_every_text_stands_out(
     assert faint == set()
 
 
+@pytest.mark.slow
 def test_headings_sort_their_columns(browser: Browser, page: str) -> None:
     browser.open(page)
     tried = 0
@@ -123,6 +128,7 @@ def test_headings_sort_their_columns(browser: Browser, page: str) -> None:
     assert tried
 
 
+@pytest.mark.slow
 def test_every_kind_of_number_sorts(browser: Browser, page: str) -> None:
     up = ["−∞", "−1.5", "−2.0e−03", "0.00 %", "< 0.01 %", "0.01 %", "4.16 / ∞", "42.2° at 0.3 Hz",
           "1,234 %", "∞", "any", "unstable", "–"]  # fmt: skip
@@ -161,6 +167,7 @@ def number(text: str) -> float | None:
     return float(found[0]) if found else None
 
 
+@pytest.mark.slow
 def test_page_prints_whole(browser: Browser, page: str) -> None:
     browser.open(page, PAPER, media="print", unfolded=False)
     assert browser.run(CUT_OFF, "html, .wide, figure, pre") == []

@@ -83,6 +83,7 @@ def test_crossings_of_an_integrator_are_where_they_must_be() -> None:
     assert gain_crossings(lambda f: 1e-3 / (1 + 1j * f), hz) == ()
 
 
+@pytest.mark.slow
 def test_a_design_without_a_slew_has_a_page_with_its_measurement(tmp_path: Path) -> None:
     response = measured()
     rows = zip(HZ, response.values.real, response.values.imag, strict=True)

@@ -56,6 +56,7 @@ def unbent(axis: Axis, part: np.ndarray) -> np.ndarray:
     return 10**value if axis.kind == "log" else value
 
 
+@pytest.mark.slow
 def test_curves_on_the_page_are_the_computed_ones(small_case: CaseResult) -> None:
     bode = next(plot.svg() for kind, plot, _ in figures(small_case) if kind == "bode")
     gains, phases = paths(bode, "gain"), paths(bode, "phase")
@@ -73,6 +74,7 @@ def test_curves_on_the_page_are_the_computed_ones(small_case: CaseResult) -> Non
             assert len(line) >= 0.95 * len(values)
 
 
+@pytest.mark.slow
 def test_slew_on_the_page_is_the_computed_one(small_case: CaseResult) -> None:
     slew = next(plot.svg() for kind, plot, _ in figures(small_case) if kind == "slew")
     tips = paths(slew, "tip")
@@ -83,6 +85,7 @@ def test_slew_on_the_page_is_the_computed_one(small_case: CaseResult) -> None:
         assert np.interp(response.t, *line.T) == pytest.approx(response.tip, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_disk_of_the_margin_touches_the_curve_and_is_not_entered(small_case: CaseResult) -> None:
     nyquist = next(plot.svg() for kind, plot, _ in figures(small_case) if kind == "nyquist")
     lines = paths(nyquist, "nyquist")
@@ -198,6 +201,7 @@ def test_axes_and_names_are_escaped() -> None:
     ElementTree.fromstring(Plot([panel], '<"&>').svg().replace(" data-x-marked", ""))
 
 
+@pytest.mark.slow
 def test_page_begins_with_the_verdicts_and_folds_into_pages(
     small_case: CaseResult, tmp_path: Path
 ) -> None:

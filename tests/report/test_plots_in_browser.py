@@ -53,6 +53,7 @@ def told(text: str, name: str) -> float:
     return float(found[1].replace("−", "-"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["bode", "nichols", "nyquist", "sensitivity"])
 def test_pointer_tells_the_computed_loop(shown: Browser, small_case: CaseResult, kind: str) -> None:
     text = pointed(shown, kind, 0.45, 0.25)
@@ -141,6 +142,7 @@ def test_designs_can_be_chosen(shown: Browser) -> None:
     assert all(line.is_displayed() for line in shown.find("figure[data-kind=bode] path.c.o0"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_small_page_is_quiet_fits_a_phone_and_stands_out(
     browser: Browser, small_page: str, scheme: str

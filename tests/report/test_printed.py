@@ -37,6 +37,7 @@ def written(
     return folder, files
 
 
+@pytest.mark.slow
 def test_figures_are_written_at_the_papers_width(
     written: tuple[Path, dict[str, str | bytes]],
 ) -> None:
@@ -53,6 +54,7 @@ def test_figures_are_written_at_the_papers_width(
             assert len(image.convert("L").getcolors()) > 50
 
 
+@pytest.mark.slow
 def test_data_beside_a_figure_are_the_computed_curves(
     written: tuple[Path, dict[str, str | bytes]], small_case: CaseResult
 ) -> None:
@@ -69,6 +71,7 @@ def test_data_beside_a_figure_are_the_computed_curves(
             assert np.array(own) == pytest.approx(expected, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_tables_are_whole_tabulars(written: tuple[Path, dict[str, str | bytes]]) -> None:
     for path in written[0].glob("*.tex"):
         lines = path.read_text("utf-8").splitlines()

@@ -69,6 +69,7 @@ def asked(study: dict[str, Any]) -> dict[str, Any]:
     return {**study, "grids": grids}
 
 
+@pytest.mark.slow
 def test_study_is_that_of_its_file_and_of_this_code() -> None:
     study = read_study(STUDY)
     written = json.loads((REPORTS / "study" / "results.json").read_text())

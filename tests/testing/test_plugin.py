@@ -12,6 +12,8 @@ import pytest
 from quick_design import QUICK
 
 import slewctl.testing.collect  # loaded here, so that inner runs need not reload it
+from slewctl.files.schema import DesignTable
+from slewctl.testing.plugin import TABLES
 
 ROOT = Path(__file__).parents[2]
 FAST = (
@@ -120,6 +122,36 @@ def test_other_toml_files_are_left_alone(
 ) -> None:
     designs(pytester, other=text)
     inner("--slewctl", "designs").assert_outcomes()
+
+
+@pytest.mark.parametrize("wrong", ["controler", "Controller", "control"])
+def test_a_design_whose_table_is_mistyped_fails_as_it_does_in_the_gate(
+    pytester: pytest.Pytester, inner: Inner, wrong: str
+) -> None:
+    designs(pytester, good=FAST, wrong=FAST.replace("[controller]", f"[{wrong}]"))
+    result = inner("--slewctl", "designs", "-k", "can_be_judged")
+    result.assert_outcomes(failed=1, deselected=5)
+    result.stdout.fnmatch_lines([f"*wrong.toml:*{wrong}: unknown key*"])
+
+
+def test_the_plugin_knows_every_table_of_a_design() -> None:
+    known = {
+        name
+        for name, field in DesignTable.model_fields.items()
+        if name not in ("written_for", "title")
+    }
+    assert set(TABLES) == known
+
+
+def test_a_folder_without_a_design_makes_no_green_run(
+    pytester: pytest.Pytester, inner: Inner
+) -> None:
+    designs(pytester, sheet='[arm]\ncatalogue = "paper-beam"\n')
+    pytester.makepyfile(test_x="def test_x(): pass")
+    pytester.makeini("[pytest]\nslewctl_designs = designs\n")
+    result = inner()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*slewctl_designs: *designs: no design in it*"])
 
 
 def test_nothing_is_collected_unless_asked(pytester: pytest.Pytester, inner: Inner) -> None:

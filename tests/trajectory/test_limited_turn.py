@@ -89,6 +89,7 @@ def test_impossible_turns_are_refused(change: dict[str, object], told: str) -> N
         turn(**asked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time", [1e-9, 1e-3, 1e9])
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e7])
 def test_units_change_nothing(time: float, size: float) -> None:

@@ -80,6 +80,7 @@ def test_impossible_turns_are_refused(bad: tuple[float, float, float]) -> None:
         rest_to_rest(*bad, [Mode(1.0)])
 
 
+@pytest.mark.slow
 def test_four_modes_switch_more_often_than_there_are_equations() -> None:
     modes = [Mode(1.5, 0.01), Mode(6.1, 0.02), Mode(19.0, 0.02), Mode(41.0, 0.03)]
     found = rest_to_rest(1.0, 1.0, 2.0, modes)
@@ -104,6 +105,7 @@ def test_the_multipliers_prove_that_nothing_is_faster() -> None:
     assert found.reach == pytest.approx(2.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_any_modes_are_at_rest_at_the_end() -> None:
     rng = np.random.default_rng(0)
     for _ in range(8):
@@ -132,6 +134,7 @@ def test_the_unit_of_time_changes_nothing(time: float) -> None:
     np.testing.assert_allclose(found.switches, time * np.array(plain.switches), rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1e-6, 1e-5, 1e-3, 1.0, 1e3, 1e5])
 def test_turns_of_any_size_beside_a_period_end_at_rest(size: float) -> None:
     """A turn within a thousandth of a period, or over a hundred of them."""

@@ -23,6 +23,7 @@ def test_nothing_in_the_band_leaves_more(width: float, ratio: float, tolerance: 
     np.testing.assert_allclose(np.array(found.times) / 0.02, np.round(np.array(found.times) / 0.02))
 
 
+@pytest.mark.slow
 def test_small_residuals_are_held_and_cost_more_time() -> None:
     """The solver's tolerance is absolute, and far above what is left."""
     band, tolerances = sc.Band(10.0, 14.0), (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)

@@ -21,7 +21,8 @@ from pathlib import Path
 from sys import intern
 from typing import Any, overload
 
-from slewctl.errors import InputError
+from slewctl._types import FilePath
+from slewctl.errors import InputError, check_path
 from slewctl.versions import difference, versions
 
 FORMAT = "slewctl-sweep-2"
@@ -62,12 +63,12 @@ class Rows(Sequence[Row]):
         return dict(zip(self.keys, self.values[place], strict=True))
 
 
-def rows(results: Path) -> Rows:
+def rows(results: FilePath) -> Rows:
     """Return the rows of all finished pieces, ordered by the keys of the pieces.
 
     Parameters
     ----------
-    results : Path
+    results : str or PathLike
         As `sweep` wrote it.
 
     Returns
@@ -93,6 +94,7 @@ def rows(results: Path) -> Rows:
     >>> list(rows(path))
     [{'number': 3, 'square': 9}]
     """
+    results = check_path(results, "results")
     keys: tuple[str, ...] = ()
     found: dict[str, list[tuple[Any, ...]]] = {}
     for entry in _entries(results):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
-from pathlib import Path
 from typing import Any
 
+from slewctl._types import FilePath
 from slewctl.compare.study.grid import Study
 from slewctl.compare.study.point import Work, evaluate_point
 from slewctl.compare.study.result import StudyResult
@@ -26,7 +26,7 @@ def places(study: Study) -> Groups:
 
 def run_study(
     study: Study,
-    results: Path,
+    results: FilePath,
     *,
     stamp: Mapping[str, Any],
     executor: Executor | None = None,
@@ -40,7 +40,7 @@ def run_study(
     Parameters
     ----------
     study : Study
-    results : Path
+    results : str or PathLike
         Gets a line for each point.
     stamp, executor, workers, resume, progress, notice
         As for `sweep`.

@@ -23,13 +23,13 @@ from concurrent.futures import (
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, groupby, islice
-from pathlib import Path
 from typing import Any
 
 from slewctl._threads import one_thread
+from slewctl._types import FilePath
 from slewctl.compare.study.processes import Processes, usable_cores
 from slewctl.compare.study.results_file import Notice, Row, results_file
-from slewctl.errors import InputError, SlewctlError
+from slewctl.errors import InputError, SlewctlError, check_path
 from slewctl.versions import difference, versions
 
 # Tasks handed out for each worker before the first comes back: enough that none waits.
@@ -90,7 +90,7 @@ class WorkerDiedError(SlewctlError):
 def sweep(
     function: Work,
     pieces: Iterable[Piece],
-    results: Path,
+    results: FilePath,
     *,
     stamp: Mapping[str, Any],
     executor: Executor | None = None,
@@ -108,7 +108,7 @@ def sweep(
         From the work of a piece to its rows, which JSON can hold.  Importable by name.
     pieces : iterable of Piece
         Taken one by one, so that millions of them need no memory.
-    results : Path
+    results : str or PathLike
         One line per piece, in the order in which they finish; read it with `rows`.
     stamp : mapping
         What the sweep is; a file can only be resumed by the same sweep, and the same versions
@@ -149,6 +149,7 @@ def sweep(
     >>> list(rows(path))
     [{'number': 3, 'square': 9}]
     """
+    results = check_path(results, "results")
     report, tell = progress or (lambda _: None), notice or (lambda _: None)
     with results_file(results, stamp, resume=resume, notice=tell) as file:
         unclaimed = file.done

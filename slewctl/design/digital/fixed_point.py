@@ -22,6 +22,8 @@ LEAST_SHIFT = 2
 _DEVIATIONS = 5.0
 # Kept free above the largest value of a state that was seen.
 _FREE = 2.0
+# And above the largest command that was seen, where nothing else limits it.
+_UNLIMITED = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,7 @@ class LoopSignals:
         command = self.limit
         if not math.isfinite(command):
             command = np.abs(self.command).max() + _DEVIATIONS * math.sqrt(self.command_variance)
+            command *= _UNLIMITED  # where words end nobody has said that the drive does
         return np.array([*readings, command, abs(self.angle)])
 
     def largest_states(self, turned: Array) -> Array:

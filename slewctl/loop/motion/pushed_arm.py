@@ -23,6 +23,8 @@ from slewctl.plant.statespace import APPLIED
 # force on the tip.
 COMMAND, AT_MOTOR, ON_HUB, ON_TIP = range(4)
 PUSHES = 4
+# Of a limit: what rounding leaves between it and what follows from a command that was cut there.
+_AT_LIMIT = 1e-12
 # What is read off the arm's states; the last is what the actuator applies.
 SEEN = ("theta", "theta_dot", "theta_motor", "theta_motor_dot", "tip", "tip_deflection", APPLIED)
 
@@ -175,3 +177,13 @@ class Limits:
                 ends = [float(motor.voltage(end * self._other, speed)) for end in (-1, 1)]
             command = min(max(command, ends[0]), ends[1])
         return min(max(command, -self._own), self._own)
+
+    def met(self, other: Array) -> Array:
+        """Return torque or voltage, whichever is not commanded, at its limit where it was cut.
+
+        What follows from a command that was cut there is the limit but for rounding.
+        """
+        if not self.of_speed:
+            return other
+        there = np.abs(np.abs(other) - self._other) <= _AT_LIMIT * self._other
+        return np.where(there, np.copysign(self._other, other), other)

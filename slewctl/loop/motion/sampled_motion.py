@@ -59,6 +59,8 @@ class SampledMotion:
 
     def __init__(self, loop: SampledLoop, slew: Slew) -> None:
         self._T, K = loop.sample_time, loop.controller.linear
+        # When that is which is read at the first sample.
+        self._first_read = -loop.reading_late
         self._map, rows = loop.closed.A, signals(loop)
         self._plant = arm_signals(loop.plant, WATCHED)
         self._outputs, self._through = rows @ self._plant.C, rows @ self._plant.D[:, 0]
@@ -192,7 +194,8 @@ class SampledMotion:
     def _pieces(self, states: Array, samples: IntArray) -> list[Part]:
         """Return the motion from states (p, N) at the samples of these numbers."""
         added = self._added[np.minimum(samples, len(self._added) - 1)]
-        return self._moved(states, added, np.asarray(self._T * samples, dtype=float))
+        starts = np.asarray(self._first_read + self._T * samples, dtype=float)
+        return self._moved(states, added, starts)
 
     def _moved(self, states: Array, added: Array, starts: Array) -> list[Part]:
         """Return the motion from states (p, N), where so much is added to what is computed."""
@@ -206,13 +209,14 @@ class SampledMotion:
 
     def curves(self, end: float, points: int) -> tuple[Array, Array]:
         """Return about so many times from 0 to `end`, and the signals there."""
-        if not end / self._T < _COUNTED:
+        whole = end - self._first_read
+        if not whole / self._T < _COUNTED:
             raise InputError(
                 f"{end:g} s are too many samples of {self._T:g} s",
                 where="slew.horizon_s",
                 remedy="draw a shorter time",
             )
-        samples = math.floor(end / self._T * (1 + _ROUNDING)) + 1
+        samples = math.floor(whole / self._T * (1 + _ROUNDING)) + 1
         stride, turned = max(samples // points, 1), len(self._added) - 1
         early = np.arange(0, min(samples, turned), stride)
         later = np.arange(len(early) * stride, samples, stride)
@@ -233,7 +237,7 @@ class SampledMotion:
             found.append(motion.at(piece, np.tile(tau, len(states))))
         t = np.concatenate(times)
         order = np.argsort(t, kind="stable")
-        order = order[t[order] <= end * (1 + _ROUNDING)]
+        order = order[(t[order] <= end * (1 + _ROUNDING)) & (t[order] >= 0)]
         return t[order], np.hstack(found)[:, order]
 
 
@@ -243,19 +247,23 @@ def _lasting(factors: ComplexArray) -> Array:
 
 
 def sampled_inputs(loop: SampledLoop, slew: Slew) -> Array:
-    """Return [sensor references, feedforward] at each sample until the reference is at rest."""
+    """Return [sensor references, feedforward] at each sample until the reference is at rest.
+
+    Readings that are late are held against the reference of their own time; what is added to
+    the command waits for the drive alone.
+    """
     T = loop.sample_time
-    turned = slew.duration_s / T
+    turned = (slew.duration_s + loop.reading_late) / T
     if turned > _MOST:
         raise AccuracyError(
             f"a slew of {slew.duration_s:g} s has more than {_MOST} samples of {T:g} s",
             where="slew.duration_s",
             remedy="make it shorter, or sample more slowly",
         )
-    instants = T * np.arange(max(math.ceil(turned), 1) + 2.0)
+    read = T * np.arange(max(math.ceil(turned), 1) + 2.0) - loop.reading_late
     inputs = told(loop)
     # Each input acts from one of these times to the next.
-    angle, rate, _ = slew.reference(loop.late + instants)
+    angle, rate, _ = slew.reference(loop.late + read)
     means = np.array([np.diff(angle), np.diff(rate)]) / T
-    readings = inputs[:-1] @ np.array(slew.reference(instants[:-1]))
+    readings = inputs[:-1] @ np.array(slew.reference(read[:-1]))
     return np.vstack([readings, inputs[-1:, 1:] @ means]).T

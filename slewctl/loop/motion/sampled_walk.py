@@ -18,7 +18,7 @@ from slewctl.loop.sampled import SampledLoop
 from slewctl.plant.sampled import split_delay
 
 # What can happen at a time.
-_SAMPLE, _ACT, _LOAD = range(3)
+_SAMPLE, _ACT = range(2)
 # The clock's jitter is a multiple of this part of a sample.
 _TICKS = 64
 # An instant this little before a sample is that sample, relative.
@@ -38,10 +38,14 @@ def sampled_track(loop: SampledLoop, slew: Slew, step: float) -> Track:
     """
     T, conditions = loop.sample_time, slew.conditions
     arm = PushedArm(loop, conditions)
-    count = math.floor(slew.end / T * (1 + _ROUNDING)) + 1
+    count = math.floor((slew.end + loop.reading_late) / T * (1 + _ROUNDING)) + 1
     clock = T * np.arange(count) + _lateness(conditions.seed, conditions.jitter, T, count)
     split_delay(T, loop.late)
-    marks = [clock, clock + loop.late, load_times(slew)]
+    # What is read at a sample is so much older; before the slew the arm is at rest.
+    read = clock - loop.reading_late
+    # What is left at the slew's end is looked at there, whatever the clock.
+    others = np.append(load_times(slew), slew.duration_s)
+    marks = [np.maximum(read, 0.0), read + loop.late, others]
     times = Times.of(marks, slew.end, step)
     walk = Walk(arm, arm.A, arm.B, times)
     return _walked(walk, _Law(loop, slew, walk, count))

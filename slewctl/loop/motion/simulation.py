@@ -19,7 +19,7 @@ from slewctl.loop.closed import Loop
 from slewctl.loop.motion.conditions import Conditions
 from slewctl.loop.motion.continuous_walk import continuous_track
 from slewctl.loop.motion.drawn import movement_of
-from slewctl.loop.motion.pushed_arm import PushedArm
+from slewctl.loop.motion.pushed_arm import Limits, PushedArm
 from slewctl.loop.motion.sampled_walk import sampled_track
 from slewctl.loop.motion.shaped_slew import shaped
 from slewctl.loop.motion.slew import BAND, SlewResponse, SlewSummary
@@ -263,7 +263,10 @@ def _signals(loop: Loop, slew: Slew, track: Track) -> dict[str, Array]:
     seen = states @ arm.seen.T + np.multiply.outer(track.applied, arm.through)
     theta, theta_dot, theta_motor, rate, tip, deflection, applied = seen.T
     by_torque = loop.objective.actuator == TORQUE
-    torque = applied if by_torque or motor is None else motor.torque(applied, rate)
+    limits = Limits(loop, slew.conditions)
+    torque = applied
+    if not (by_torque or motor is None):
+        torque = limits.met(motor.torque(applied, rate))
     found = {
         "theta": theta, "theta_ref": slew.reference(track.t)[0], "theta_dot": theta_dot,
         "theta_motor": theta_motor, "theta_motor_dot": rate, "tip": tip,
@@ -271,7 +274,7 @@ def _signals(loop: Loop, slew: Slew, track: Track) -> dict[str, Array]:
         "tip_deflection": deflection, "torque": torque,
     }  # fmt: skip
     if motor is not None:
-        found["voltage"] = motor.voltage(applied, rate) if by_torque else applied
+        found["voltage"] = limits.met(motor.voltage(applied, rate)) if by_torque else applied
     # At the end of a step what was held is still the old: the work of a step is of its own ends.
     late = seen[1:, -1] + (track.applied[:-1] - track.applied[1:]) * arm.through[-1]
     ends = late if by_torque or motor is None else motor.torque(late, rate[1:])
