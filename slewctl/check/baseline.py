@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -189,7 +189,11 @@ def _value(name: str, value: object, where: str) -> float:
     return check_number(value, where)
 
 
-def accept(baseline: Baseline, results: Sequence[DesignResult]) -> tuple[Baseline, list[str]]:
+def accept(
+    baseline: Baseline,
+    results: Sequence[DesignResult],
+    there: Callable[[Path], bool] = Path.exists,
+) -> tuple[Baseline, list[str]]:
     """Return the baseline with the results that passed, and what else was done with it.
 
     A design that failed or broke keeps what was accepted before; one whose file is gone is
@@ -199,6 +203,8 @@ def accept(baseline: Baseline, results: Sequence[DesignResult]) -> tuple[Baselin
     ----------
     baseline : Baseline
     results : sequence of DesignResult
+    there : callable
+        Whether a file still is a design.
 
     Returns
     -------
@@ -224,8 +230,9 @@ def accept(baseline: Baseline, results: Sequence[DesignResult]) -> tuple[Baselin
         elif result.status in _WHY:
             notes.append(f"{result.name}: not accepted, since it {_WHY[result.status]}")
     for name in list(designs):
-        if not baseline.file(name).exists():
-            notes.append(f"{name}: dropped, since the file is gone")
+        if not there(baseline.file(name)):
+            why = "it is no design any more" if baseline.file(name).exists() else "the file is gone"
+            notes.append(f"{name}: dropped, since {why}")
             del designs[name]
     return replace(baseline, designs=designs), notes
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 from slewctl.check.baseline import Accepted, Baseline
 from slewctl.check.requirements import Verdict
@@ -62,7 +63,11 @@ def compare_with(baseline: Baseline, result: DesignResult, tolerance: float) -> 
     )
 
 
-def missing(baseline: Baseline, results: Iterable[DesignResult]) -> tuple[DesignResult, ...]:
+def missing(
+    baseline: Baseline,
+    results: Iterable[DesignResult],
+    there: Callable[[Path], bool] = Path.exists,
+) -> tuple[DesignResult, ...]:
     """Return a result for each design of the baseline whose file is gone and not renamed.
 
     Parameters
@@ -70,6 +75,8 @@ def missing(baseline: Baseline, results: Iterable[DesignResult]) -> tuple[Design
     baseline : Baseline
     results : iterable of DesignResult
         Of the designs that are there.
+    there : callable
+        Whether a file still is a design.
 
     Returns
     -------
@@ -86,7 +93,7 @@ def missing(baseline: Baseline, results: Iterable[DesignResult]) -> tuple[Design
     new = Counter(r.digest for r in results if baseline.key(r.file) not in baseline.designs)
     found = []
     for name, entry in baseline.designs.items():
-        if baseline.file(name).exists():
+        if there(baseline.file(name)):
             continue
         if new[entry.digest]:
             new[entry.digest] -= 1

@@ -16,6 +16,7 @@ from slewctl.cli.terminal import ERR, OUT, next_step, progress, show
 from slewctl.cli.verdicts import summary, verdict_table
 from slewctl.errors import InputError, SlewctlError, check_nonnegative
 from slewctl.files import designs_below, find_designs
+from slewctl.files.find import is_no_design
 from slewctl.gate import check_designs
 from slewctl.versions import installed
 
@@ -92,7 +93,7 @@ def check(
             marked=outputs.baseline is not None,
         )
     if before is not None and not update_baseline:
-        gone = outcome.missing(before, results)
+        gone = outcome.missing(before, results, _is_there)
         results = (*(outcome.compare_with(before, result, tolerance) for result in results), *gone)
     # Files first: whoever reads the table may stop reading.
     written, notes = _write(outputs, results, before if update_baseline else None)
@@ -102,6 +103,11 @@ def check(
         for note in notes:
             OUT.print(f"baseline: {note}", soft_wrap=True)
     return exit_status(results) if written else BAD_INPUT
+
+
+def _is_there(path: Path) -> bool:
+    """Whether there is a design, or what cannot be read, in place of one that was accepted."""
+    return path.exists() and not is_no_design(path)
 
 
 def _tell_what_was_not_seen(paths: Sequence[Path], designs: Sequence[Path]) -> None:
@@ -151,7 +157,7 @@ def _write(
         written &= _written("--json", outputs.json, json_text(record))
     if before is None:
         return written, []
-    after, notes = outcome.accept(before, results)
+    after, notes = outcome.accept(before, results, _is_there)
     if not _written("--baseline", after.path, json_text(outcome.baseline_record(after))):
         return False, []
     return written, [*notes, f"{len(after.designs)} accepted, written to {after.path}"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -109,15 +110,19 @@ def _print(found: WorstCase) -> None:
     OUT.print(f"the arm as it is: {_value(found, nominal)}")
     if found.unstable:
         OUT.print(f"not stable on {found.unstable} of the {found.tried} arms")
-    if not found.confirmed:
+    if found.worst.reading.doubt:
         OUT.print(f"NOT confirmed: {found.worst.reading.doubt}")
     show(_table(found))
+    if math.isnan(found.value):
+        return  # one arm is not worse than another
     text = toml_text({"variations": {"worst": dict(found.properties)}})
     OUT.print("to hold it in the gate whatever the search finds, add to the design file:")
     OUT.text(text[text.index("[variations.worst]") :].rstrip())
 
 
 def _value(found: WorstCase, trial: VariedArm) -> str:
+    if math.isnan(trial.value):
+        return f"{found.quantity} has no value: {trial.reading.note}"
     if trial.stable:
         return f"{found.quantity} {trial.value:.4g} {QUANTITIES[found.quantity].unit}".rstrip()
     if trial.growth_per_s is None:
@@ -129,18 +134,25 @@ def _table(found: WorstCase) -> Table:
     """Return the worst arms, the worst first."""
     table = number_table(*found.properties, found.quantity, "at (Hz)", "how")
     sign = 1 if QUANTITIES[found.quantity].better == "greater" else -1
-    ranked = sorted(found.trials, key=lambda t: (t.stable, t.value * (sign if t.stable else 1)))
+
+    def rank(trial: VariedArm) -> tuple[bool, float]:
+        if math.isnan(trial.value):  # as the search has it: no value is the worst
+            return trial.stable, -math.inf
+        return trial.stable, trial.value * (sign if trial.stable else 1)
+
+    ranked = sorted(found.trials, key=rank)
     for trial in ranked[:_SHOWN]:
         hertz = "" if trial.frequency_hz is None else f"{trial.frequency_hz:.4g}"
         grows = "not proved" if trial.growth_per_s is None else f"{trial.growth_per_s:.3g} 1/s"
-        value = f"{trial.value:.4g}" if trial.stable else f"unstable ({grows})"
+        known = "-" if math.isnan(trial.value) else f"{trial.value:.4g}"
+        value = known if trial.stable else f"unstable ({grows})"
         numbers = [f"{number:.5g}" for number in trial.properties.values()]
         table.add_row(*numbers, value, hertz, trial.how)
     return table
 
 
 def _measured(trial: VariedArm) -> dict[str, Any]:
-    value = trial.value if trial.stable else None
+    value = trial.value if trial.stable and not math.isnan(trial.value) else None
     return {"stable": trial.stable, "value": value, "growth_per_s": trial.growth_per_s}
 
 

@@ -20,7 +20,7 @@ from slewctl.basis import Combined
 from slewctl.compare.case import Case, Origin
 from slewctl.compare.evaluation import Judge
 from slewctl.compare.judgement import Judgement, Yardstick, yardstick
-from slewctl.compare.quantities import UNWEIGHTED
+from slewctl.compare.quantities import PASSES, UNWEIGHTED
 from slewctl.compare.reading import read
 from slewctl.design import Controller
 from slewctl.errors import InputError, SlewctlError, check_count
@@ -175,7 +175,8 @@ class Ladder(Tabular):
         for rung in self.rungs:
             for name in TOLD if rung.stable else ():
                 reading = read(rung.judgement, name)
-                if rung.value(name) is None and reading.note != UNWEIGHTED:
+                told = reading.note in (UNWEIGHTED, PASSES)  # without weights, or infinite
+                if rung.value(name) is None and not told:
                     what = name.replace("_", " ")
                     return f"{what} with N = {rung.modes}: {reading.doubt or reading.note}"
         return ""

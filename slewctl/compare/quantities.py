@@ -213,7 +213,7 @@ def _cost(judgement: Judgement) -> Reading:
 
 def _loss(judgement: Judgement) -> Reading:
     if math.isinf(judgement.cost):
-        return Reading(math.nan, note=_PASSES)
+        return Reading(math.nan, note=PASSES)
     optimum = judgement.optimum
     doubt = _cost_doubt(judgement)
     if not optimum.certificate.verified:
@@ -240,7 +240,7 @@ def _number(value: float | None) -> Reading:
 
 
 _NO_CROSSING = "the gain never crosses one: no {} makes it unstable"
-_PASSES = "white sensor noise passes straight to the actuator"
+PASSES = "white sensor noise passes straight to the actuator"
 _MOTOR = "the arm has no motor"
 _TIP = "the arm's modal data tell of no tip"
 _SIMULATED = "the slew has no conditions under which it is simulated"
@@ -310,12 +310,12 @@ _LIST = (
     ),
     Quantity(
         "h2_cost", "", "J", "smaller", "squared H2 norm from the noise to the weighted outputs",
-        "cost", _cost, infinite=_PASSES,
+        "cost", _cost, infinite=PASSES,
     ),
     Quantity(
         "h2_loss", "", "J/J* − 1", "smaller",
         "H2 cost over the truth's optimum with the same clock and delay, minus one", "cost", _loss,
-        infinite=_PASSES, resolution=COST_TOLERANCE,
+        infinite=PASSES, resolution=COST_TOLERANCE,
     ),
     Quantity(
         "tip_rms", "m", "tip rms", "smaller", "tip under the noise, root mean square", "noise",
@@ -323,11 +323,11 @@ _LIST = (
     ),
     Quantity(
         "torque_rms", "N·m", "τ rms", "smaller", "torque under the noise, root mean square",
-        "noise", _noise(lambda n: n.torque), infinite=_PASSES, scale="torque",
+        "noise", _noise(lambda n: n.torque), infinite=PASSES, scale="torque",
     ),
     Quantity(
         "voltage_rms", "V", "V rms", "smaller", "motor voltage under the noise, root mean square",
-        "noise", _noise(lambda n: n.voltage), infinite=_PASSES, needs=_MOTOR,
+        "noise", _noise(lambda n: n.voltage), infinite=PASSES, needs=_MOTOR,
     ),
     Quantity(
         "settling_time", "s", "t_s", "smaller",

@@ -77,8 +77,8 @@ class VariedArm:
 
     @property
     def confirmed(self) -> bool:
-        """Whether nothing speaks against the value."""
-        return not self.reading.doubt
+        """Whether there is a value, and nothing speaks against it."""
+        return not (self.reading.doubt or math.isnan(self.value))
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,8 @@ class WorstCase(Tabular):
         place = f" at {self.frequency_hz:.4g} Hz" if self.frequency_hz is not None else ""
         what, note = f"{self.quantity} {self.value:.4g}{place}", self.worst.reading.note
         if math.isnan(self.value):
-            what = f"{self.quantity} has no value: {note}"
+            of = " on any of them" if all(math.isnan(t.value) for t in self.trials) else ""
+            what = f"{self.quantity} has no value{of}: {note}"
         elif not self.stable:
             grows = self.worst.growth_per_s
             what = f"UNSTABLE{place}, growing at {grows:.3g} 1/s" if grows else note
@@ -388,12 +389,11 @@ class _Search:
     def result(self, nominal: VariedArm) -> WorstCase:
         k = min(range(len(self.trials)), key=self.rank)
         worst, point = self.trials[k], self.points[k]
-        edge = (point <= _ON_A_BOUND) | (point >= 1 - _ON_A_BOUND)
         return WorstCase(
             self.quantity,
             vary(self.subject.arm, **worst.properties),
             worst,
-            bool(edge.all()),
+            bool(np.all((point <= _ON_A_BOUND) | (point >= 1 - _ON_A_BOUND))),
             nominal,
             tuple(self.trials),
             self.subject.modes,

@@ -33,8 +33,28 @@ def anti_windup(controller: Controller) -> tuple[Array, str]:
     """
     entry, words = _entry(controller)
     A, _, C, _ = controller.linear.matrices
-    left = winding(A, C, entry, controller.sample_time)
-    return entry, f"{left} winds up, and nothing leads it back" if left else words
+    T = controller.sample_time
+    if left := winding(A, C, entry, T):
+        words = f"{left} winds up, and nothing leads it back"
+    elif len(A) and not entry.any():
+        words = f"nothing to lead back, all fades with a time constant of {fading(A, T):.3g} s"
+    return entry, words
+
+
+def fading(A: Array, sample_time: float) -> float:
+    """Return the longest time constant in s; zero where all is gone after a sample.
+
+    Parameters
+    ----------
+    A : ndarray, shape (n, n)
+        Of what decays, or of poles that the command does not show: infinite then.
+    sample_time : float
+    """
+    poles = np.linalg.eigvals(A)
+    with np.errstate(divide="ignore"):
+        rate = -np.log(np.abs(poles)) / sample_time if sample_time else -poles.real
+    slowest = float(rate.min())
+    return 1 / slowest if slowest > 0 else np.inf
 
 
 def winding(A: Array, C: Array, entry: Array, sample_time: float) -> str:
@@ -88,6 +108,8 @@ def _entry(controller: Controller) -> tuple[Array, str]:
             continue
         integral = np.linalg.norm(seen * (w @ B))
         steady = np.linalg.norm(_without(A, B, C, D, right, w, edge))
+        if not (steady or T or fastest):
+            continue  # an integrator and nothing else, which no time is told by
         # Of a sampled law the integral is counted per sample, and so is the time.
         time = steady / integral if steady > 0 and integral > 0 else _ALONE / (1 if T else fastest)
         share = -np.expm1(-1 / time) if T else 1 / time

@@ -20,7 +20,7 @@ import numpy as np
 from slewctl._types import Array
 from slewctl.compare import Judgement, digital_loss, least_word, loop_signals, read
 from slewctl.design import Controller
-from slewctl.design.anti_windup import anti_windup, winding
+from slewctl.design.anti_windup import anti_windup, fading, winding
 from slewctl.design.digital.arithmetic import Arithmetic
 from slewctl.design.digital.sections import in_sections
 from slewctl.design.reference import Reference, rigid_readings
@@ -195,14 +195,16 @@ def program_of(
     if controller.arithmetic is not None and controller.arithmetic.kind == "fixed":
         words = controller.arithmetic
         ends = min(limit, math.ldexp(words.largest, -words.command))
-    H = np.zeros((n, 1))
+    H, left = np.zeros((n, 1)), ""
     if math.isfinite(ends):
         H = anti_windup(given)[0][:, None]
+        # Of the law itself: rounding lets its integrators leak, and not to any use.
+        left = winding(given.linear.A, given.linear.C, H[:, 0], given.sample_time)
         H = H if controller is given else in_sections(given.linear).of_state(H)
     start, jump = starting_states(system, reference, at_rest)
     seen = loop_signals(judgement).largest
     room = np.array([*seen[:-2], seen[-1], seen[-2]])
-    said = (*said, _said_of_limit(system, H, ends, limit), *([jump] if jump else []))
+    said = (*said, _said_of_limit(system, H, ends, limit, left), *([jump] if jump else []))
     return Program(
         identifier(name), controller, reference, H[:, 0], start, at_rest, ends,
         _missed(judgement), _still(judgement, options, limit), options, (*notes, *said), room,
@@ -227,25 +229,22 @@ def _in_numbers(judgement: Judgement, options: CodeOptions) -> tuple[Controller,
     return made, (f"{made.arithmetic}: {loss}",)
 
 
-def _said_of_limit(system: LinearSystem, H: Array, ends: float, limit: float) -> str:
+def _said_of_limit(system: LinearSystem, H: Array, ends: float, limit: float, left: str) -> str:
     if not math.isfinite(ends):
         return "no limit of the command is known: it is not cut off"
     told = f"the command is cut off at {ends:g} {UNITS[system.output_labels[0]]}"
     if not math.isfinite(limit):
         told = f"no limit of the command is known: where its words end {told}"
-    if left := winding(system.A, system.C, H[:, 0], system.sample_time):
+    if left:
         return f"{told}, and {left} winds up meanwhile: nothing leads it back"
-    if not H.any():
+    if not system.nstates:
         return f"{told}; nothing winds up"
-    slowest = float(np.abs(np.linalg.eigvals(system.A - H @ system.C)).max())
-    if not slowest:
+    lasting = fading(system.A - H @ system.C, system.sample_time)
+    if not lasting:
         return f"{told}, which the states know at once"
-    if slowest >= 1:  # what the command does not show
+    if math.isinf(lasting):  # what the command does not show
         return f"{told}, which the states are told"
-    return (
-        f"{told}, after which the states settle with a time constant of "
-        f"{-system.sample_time / math.log(slowest):.3g} s"
-    )
+    return f"{told}, after which the states settle with a time constant of {lasting:.3g} s"
 
 
 def _missed(judgement: Judgement) -> int:

@@ -11,6 +11,9 @@ from slewctl._types import FilePath
 from slewctl.errors import InputError, SlewctlError, check_path, check_paths
 from slewctl.files.source import Source, read_source
 
+# What a file of an arm alone has, as a data sheet or what identify writes.
+_OF_AN_ARM = {"arm", "variations", "title", "schema"}
+
 
 def find_designs(paths: FilePath | Iterable[FilePath]) -> tuple[Path, ...]:
     """Return the ``.toml`` files named, and those in the folders named, sorted.
@@ -47,7 +50,7 @@ def find_designs(paths: FilePath | Iterable[FilePath]) -> tuple[Path, ...]:
             found += _in_folder(path)
         elif not path.exists():
             raise InputError("no such file or folder", where=str(path), remedy="check the path")
-        elif not _is_no_design(path):
+        elif not is_no_design(path):
             found.append(path)
     return tuple({path.resolve(): path for path in found}.values())
 
@@ -59,7 +62,7 @@ def _in_folder(folder: Path) -> list[Path]:
         raise InputError(
             f"cannot be read: {error.strerror}", where=str(folder), remedy="check the path"
         ) from error
-    designs = [path for path in files if not _is_no_design(path)]
+    designs = [path for path in files if not is_no_design(path)]
     if not designs:
         what = "only studies or arms, no design" if files else "no .toml file"
         raise InputError(f"{what} in this folder", where=str(folder), remedy="name a design file")
@@ -128,10 +131,10 @@ def is_study(path: FilePath) -> bool:
     return holds_study(_content(path))
 
 
-def _is_no_design(path: Path) -> bool:
-    """Return whether a file is a study, or an arm alone, as one that others name."""
+def is_no_design(path: Path) -> bool:
+    """Return whether a file is a study, or an arm alone, with its variations perhaps."""
     content = _content(path)
-    return holds_study(content) or set(content) == {"arm"}
+    return holds_study(content) or ("arm" in content and set(content) <= _OF_AN_ARM)
 
 
 def holds_study(content: Mapping[str, object]) -> bool:

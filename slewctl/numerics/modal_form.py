@@ -92,7 +92,22 @@ class ModalForm:
         """Which poles are in no block, shape (n,)."""
         return outside(len(self.poles), [block.index for block in self.blocks])
 
+    @property
+    def unlinked(self) -> bool:
+        """Whether poles at the origin are one chain by no more than rounding, if at all."""
+        for block in self.blocks:
+            if block.nilpotent and len(block.index) > 1:
+                reach = np.linalg.norm(self.spread[block.index])
+                reach *= np.linalg.norm(self.weight[block.index])
+                # One is zero, however long the chain.
+                if np.linalg.svd(block.T, compute_uv=False)[-2] <= _LINKED * reach:
+                    return True
+        return False
 
+
+# Times what bounds the errors of J: links of real chains are 1e11 times as large, those that the
+# rounding of given numbers makes a few times.
+_LINKED = 1e3
 # Systems of no more than so many states, to whose cube the cost of long numbers is proportional:
 # those in companion form, which need them, are small.
 LONGEST = 40

@@ -304,8 +304,8 @@ def _clock(chosen: Evaluation) -> str:
 
 def _unbounded(chosen: Evaluation) -> str:
     """Return why the cost of a stable loop is infinite; empty where it is not."""
-    loss = read(chosen.judgement, "h2_loss")
-    return loss.note if math.isinf(loss.value) else ""
+    cost = read(chosen.judgement, "h2_cost")
+    return cost.note if math.isinf(cost.value) else ""
 
 
 def _bases(result: CaseResult) -> list[str]:

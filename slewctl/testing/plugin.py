@@ -5,31 +5,32 @@
     [tool.pytest.ini_options]
     slewctl_designs = ["designs"]
 
-A TOML file is a design if it has an ``[arm]`` or a ``[controller]`` and another table of a
-design, however a name is mistyped; studies, arms alone and others are left alone.  Every run of
-pytest imports this module, so it loads nothing of slewctl before there is a design to judge.
+A TOML file is a design if it has an ``[arm]`` and a ``[controller]``, one of the two perhaps
+mistyped, or an ``[arm]`` with other tables of a design; studies, arms alone and others are left
+alone.  Every run of pytest imports this module, so it loads nothing of slewctl before there is a
+design to judge.
 """
 
 from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Collection
 from difflib import get_close_matches
 from pathlib import Path
 
 import pytest
 
-# The tables of a design file, of which it has one of the first two.
+# The tables of a design file.
 TABLES = (
     "arm", "controller", "model", "slew", "truth", "compare", "requirements", "variations",
     "uncertainty", "measured", "export",
 )  # fmt: skip
-_MAIN = TABLES[:2]
+# So many of them beside the arm and its variations are a design without a controller.
+_ENOUGH = 2
 # What looks like a table in what is not valid TOML: a design must fail and not go unseen.
-_HEAD = re.compile(r"^\s*\[\s*([\w-]+)", re.M)
-# How near a mistyped name is: of one letter in ten that is missing, too much or another one.
-_NEAR = 0.8
+_HEAD = re.compile(r"^\s*(?:\[\s*([\w-]+)|([\w-]+)\s*=\s*\{)", re.M)
+# How near a mistyped name is, in parts of the letters of both that agree; the arm has few.
+_NEAR = {"arm": 0.6, "controller": 0.8}
 # What slewctl itself refuses to parse: larger files, and keys of very many parts.
 _MOST_BYTES = 1_000_000
 _ENDLESS_KEY = re.compile(r"(?:[.]\s*+[^\s.=]++\s*+){50}")
@@ -109,18 +110,28 @@ def _is_design(path: Path) -> bool:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         # No valid TOML either.  Tables are ASCII in every encoding, but for UTF-16's zeros.
-        return _designs(_HEAD.findall(data.replace(b"\0", b"").decode("latin-1")))
+        return _designs(_heads(data.replace(b"\0", b"").decode("latin-1")))
     if len(text) > _MOST_BYTES or _ENDLESS_KEY.search(text):
-        return _designs(_HEAD.findall(text))
+        return _designs(_heads(text))
     try:
         content = tomllib.loads(text)
     except (ValueError, RecursionError):
-        return _designs(_HEAD.findall(text))
+        return _designs(_heads(text))
     study = isinstance(content.get("grid"), list) and "controller" not in content
-    return not study and _designs([k for k, value in content.items() if isinstance(value, dict)])
+    return not study and _designs({k for k, value in content.items() if isinstance(value, dict)})
 
 
-def _designs(tables: Collection[str]) -> bool:
+def _heads(text: str) -> set[str]:
+    return {table or inline for table, inline in _HEAD.findall(text)}
+
+
+def _designs(tables: set[str]) -> bool:
     """Return whether these tables are those of a design, though a name be mistyped."""
-    near = {name for table in tables for name in get_close_matches(table, TABLES, 1, _NEAR)}
-    return len(near) > 1 and not near.isdisjoint(_MAIN)
+    arm, controller = (
+        name in tables or bool(get_close_matches(name, tables, 1, near))
+        for name, near in _NEAR.items()
+    )
+    if arm and controller:
+        return "arm" in tables or "controller" in tables
+    others = tables.intersection(TABLES) - {"arm", "variations"}
+    return "arm" in tables and len(others) >= _ENOUGH

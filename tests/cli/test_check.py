@@ -216,6 +216,20 @@ def test_updating_accepts_what_passes_and_not_what_fails(run: Run) -> None:
     assert run("designs", "--baseline", "b.json").status == 0
 
 
+@pytest.mark.parametrize("more", ["", "[[grid]]\norders = [1]\n"], ids=["an arm", "a study"])
+def test_an_accepted_design_that_is_none_any_more_is_missing(run: Run, more: str) -> None:
+    write(good=FAST, other=FAST + "phase_margin_deg = 30\n")
+    accepted(run)
+    write(other=f'[arm]\ncatalogue = "paper-beam"\ndamping_ratio = 0.01\n{more}')
+    done = run("designs", "--baseline", "b.json")
+    assert done.status == 1
+    assert re.search(r"designs/other.toml +MISSING", done.out)
+    assert run("designs/other.toml", "--baseline", "b.json").status == 1
+    done = run("designs", "--baseline", "b.json", "--update-baseline")
+    assert "designs/other.toml: dropped, since it is no design any more" in done.out
+    assert run("designs", "--baseline", "b.json").status == 0
+
+
 def test_a_new_design_is_told_and_passes(run: Run) -> None:
     write(good=FAST)
     accepted(run)

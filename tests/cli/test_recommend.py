@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -59,3 +60,16 @@ def test_an_impossible_clock_is_told_by_its_option(
 ) -> None:
     with pytest.raises(InputError, match=told):
         print_recommendation("paper-beam", "theta", sample_time, delay, as_json=False)
+
+
+def test_what_no_basis_can_be_blamed_for_is_told_as_it_is() -> None:
+    """A drive that is later than ten samples, and sensors that are unlike: no design is at fault."""
+    rig = replace(sc.arms.quanser_flexible_link(), damping_ratio=0.01)
+    late = replace(rig, actuator=sc.Actuator(delay=0.012))
+    with pytest.raises(
+        InputError, match=r"more than 10 sample times of 0\.001 s; sample more slowly"
+    ):
+        recommend(late, truth_modes=10, sample_time=0.001)
+    unlike = replace(rig, sensors={"theta": sc.Sensor(delay=0.002)})
+    with pytest.raises(InputError, match="sensors of unlike dead times in one loop"):
+        recommend(unlike, truth_modes=10)

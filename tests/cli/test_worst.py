@@ -140,3 +140,26 @@ def test_a_slew_that_the_file_has_not_is_not_searched(tmp_path: Path) -> None:
     asked = Asked((), "settling_time", 0, 0, None, None)
     with pytest.raises(InputError, match=r"--quantity: the file has no \[slew\]"):
         print_worst(path, asked, as_json=False)
+
+
+def test_where_no_arm_has_a_value_none_is_called_the_worst(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The drive is too weak for the slew, on every arm of the box."""
+    path = tmp_path / "weak.toml"
+    path.write_text(
+        "arm = { catalogue = 'quanser-flexible-link', damping_ratio = 0.01, "
+        "actuator = { torque_limit = 0.1 } }\n"
+        "controller = { method = 'given', pid = { kp = 2.0, kd = 0.2, filter_hz = 30.0 }, "
+        "output = 'torque' }\n"
+        "slew = { angle_deg = 60.0, duration_s = 0.6 }\ntruth = { modes = 3 }\n"
+    )
+    asked = Asked(("payload_mass=0:0.05",), "settling_time", 2, 0, None, None)
+    print_worst(path, asked, as_json=False)
+    said = capsys.readouterr().out
+    assert "settling_time has no value on any of them: the slew needs" in said
+    assert "nan" not in said
+    assert "[variations.worst]" not in said
+    print_worst(path, asked, as_json=True)
+    told = json.loads(capsys.readouterr().out)
+    assert (told["worst"]["value"], told["worst"]["confirmed"]) == (None, False)

@@ -370,3 +370,24 @@ def test_what_is_left_at_the_end_of_a_slew_does_not_depend_on_the_clock() -> Non
     asked = sc.Problem(arm, LIMITS, NOISE, slew=sc.Slew(90.0, 0.6017, horizon_s=1.5), truth_modes=6)
     exact = asked.judge(law).response.summary
     assert asked.simulate(law).summary.residual_m == pytest.approx(exact.residual_m, rel=1e-9)
+
+
+@pytest.mark.parametrize("sensors", [0.0, 0.003, 0.02, 0.0499])
+@pytest.mark.parametrize(("duration", "points"), [(0.6, 11), (0.6, 800), (0.02, 101)])
+def test_curves_of_a_slew_begin_with_it_however_late_the_sensors(
+    sensors: float, duration: float, points: int
+) -> None:
+    arm = sc.Arm(sc.Beam(0.38, 0.17, 0.21), sc.Hub(0.0025, friction=0.02), damping_ratio=0.008,
+                 sensors={"theta": sc.Sensor(delay=sensors)})  # fmt: skip
+    law = sc.given(pid={"kp": 0.2, "kd": 0.02, "filter_hz": 30.0}, sample_time=0.005,
+                   discretise="tustin")  # fmt: skip
+    slew = sc.Slew(90.0, duration, horizon_s=1.5)
+    asked = sc.Problem(arm, LIMITS, NOISE, slew=slew, truth_modes=4)
+    drawn = sc.simulate_slew(asked.judge(law).loop, slew, points)
+    assert drawn.t[0] == 0
+    assert (drawn.theta[0], drawn.tip[0]) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert np.all(np.diff(drawn.t) > 0)
+    assert 1.5 - 0.15 < drawn.t[-1] <= 1.5 + 1e-9
+    if points > 100:
+        found = np.abs(drawn.torque).max()
+        assert found == pytest.approx(drawn.summary.peak_torque, rel=0.02)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import control as ct
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -120,3 +121,28 @@ def test_what_needs_the_poles_is_not_known_where_only_margins_are_proved(tmp_pat
     assert "BROKEN" not in checked.output
     with pytest.raises(sc.AccuracyError, match="levels under noise"):
         noise_levels(loop)
+
+
+@pytest.mark.parametrize("sample_time", [0.0, 0.01])
+@pytest.mark.parametrize("skew", [0.0, 1.0, 2.0])
+def test_two_integrators_in_any_coordinates_are_not_proved_to_be_stable(
+    sample_time: float, skew: float
+) -> None:
+    """Of θ and tip, summed into one torque: one of them drifts, and rounding links them."""
+    arm = sc.Arm(sc.arms.paper_beam().beam, sc.Hub(0.2), damping_ratio=0.01)
+    noise = {"torque": 0.1, "theta": 0.01, "tip": 0.01}
+    asked = sc.Problem(arm, {"tip": 0.03, "torque": 1.0}, noise, truth_modes=4)
+    tau, T = 0.02, sample_time
+    decay = np.exp(-T / tau) if T else -1 / tau
+    still, step, entry = (1.0, T, 1 - decay) if T else (0.0, 1.0, 1 / tau)
+    A, B = np.diag([decay, still, still]), np.array([[entry, 0.0], [step, 0.0], [0.0, step]])
+    C, D = np.array([[-0.5 / tau, 0.2, 0.1]]), np.array([[0.6 + 0.5 / tau, 0.0]])
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        U, V = (np.linalg.qr(rng.standard_normal((3, 3)))[0] for _ in range(2))
+        S = U @ np.diag(10 ** np.linspace(0, skew, 3)) @ V
+        own = S @ A @ np.linalg.inv(S), S @ B, C @ np.linalg.inv(S), D
+        law = ct.ss(*own, *([T] if T else []), inputs=["theta", "tip"], outputs=["torque"])
+        assert not asked.judge(law).loop.stable
+        with pytest.raises(sc.SlewctlError):
+            sc.margins(asked.plant("clamped-free", n=4), law)

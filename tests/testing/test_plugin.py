@@ -115,6 +115,12 @@ def test_a_broken_design_is_one_failure_and_hides_no_other(
         "[controller]\n",
         "arm = 1\ncontroller = 2\n",
         "][",
+        "[model]\nx = 1\n[controller]\n",
+        "[controller]\n[requirements]\n",
+        "[farm]\n[models]\n",
+        "[arm]\n[export]\n",
+        "[arms]\n[exports]\n",
+        '[arm]\ncatalogue = "paper-beam"\n[variations.fit-1-plus]\nstiffness_factor = 1.1\n',
     ],
 )
 def test_other_toml_files_are_left_alone(
@@ -122,6 +128,14 @@ def test_other_toml_files_are_left_alone(
 ) -> None:
     designs(pytester, other=text)
     inner("--slewctl", "designs").assert_outcomes()
+
+
+def test_a_broken_design_written_in_lines_does_not_go_unseen(
+    pytester: pytest.Pytester, inner: Inner
+) -> None:
+    lines = "arm = { catalogue = 'paper-beam' }\ncontroller = { method = 'lqg' }\n"
+    designs(pytester, good=FAST, torn=f"{lines}truth = {{ modes = 5\n")
+    inner("--slewctl", "designs", "-k", "can_be_judged").assert_outcomes(failed=1, deselected=5)
 
 
 @pytest.mark.parametrize("wrong", ["controler", "Controller", "control"])
@@ -132,6 +146,14 @@ def test_a_design_whose_table_is_mistyped_fails_as_it_does_in_the_gate(
     result = inner("--slewctl", "designs", "-k", "can_be_judged")
     result.assert_outcomes(failed=1, deselected=5)
     result.stdout.fnmatch_lines([f"*wrong.toml:*{wrong}: unknown key*"])
+
+
+def test_a_design_without_its_controller_or_with_a_mistyped_arm_fails(
+    pytester: pytest.Pytester, inner: Inner
+) -> None:
+    designs(pytester, lost=FAST.replace("[controller]", "[truth.x]"))
+    designs(pytester, typed=FAST.replace("[arm]", "[arn]"))
+    inner("--slewctl", "designs").assert_outcomes(failed=2)
 
 
 def test_the_plugin_knows_every_table_of_a_design() -> None:

@@ -229,15 +229,22 @@ def recommend(
     measured = check_sensors(sensors)
     clock = read_clock(sample_time, delay)
     require_clock(arm, sample_time)
-    trials = []
+    trials: list[Trial] = []
+    refused: list[InputError] = []
     for bandwidth in BANDWIDTHS:
         hertz = omega_of(arm, bandwidth) / (2 * math.pi)
         for basis in NAMES:
             for n in ORDERS:
                 if progress:
                     progress(f"{basis}, n = {n}, {hertz:.3g} Hz")
-                found = _evaluated(arm, bandwidth, measured, truth_modes, basis, n, clock)
+                try:
+                    found = _evaluated(arm, bandwidth, measured, truth_modes, basis, n, clock)
+                except InputError as error:
+                    refused.append(error)
+                    found = None
                 trials.append(_trial(basis, n, bandwidth, hertz, found))
+        if len(refused) == len(trials):  # no matter of bases, nor of n
+            raise refused[0]
     ranked = sorted(
         ((basis, n) for n in ORDERS for basis in NAMES),
         key=lambda pair: -_limit([t for t in trials if (t.basis, t.n) == pair]),
@@ -279,6 +286,8 @@ def _evaluated(
             place = place_of(arm, bandwidth, sensors, truth_modes)
             judged = place.evaluate(basis, n, "lqg", clock).judgement
             return judged if judged.stable and on_twice(judged).stable else None
+    except InputError:
+        raise
     except SlewctlError:
         return None
 

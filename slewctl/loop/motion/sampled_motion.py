@@ -217,9 +217,11 @@ class SampledMotion:
                 remedy="draw a shorter time",
             )
         samples = math.floor(whole / self._T * (1 + _ROUNDING)) + 1
-        stride, turned = max(samples // points, 1), len(self._added) - 1
-        early = np.arange(0, min(samples, turned), stride)
-        later = np.arange(len(early) * stride, samples, stride)
+        first = math.floor(-self._first_read / self._T * (1 + _ROUNDING))  # the last until 0
+        drawn, turned = samples - first, len(self._added) - 1
+        stride = max(drawn // points, 1)
+        early = np.arange(first, min(samples, turned), stride)
+        later = np.arange(first + len(early) * stride, samples, stride)
         states = self._states[early]
         if len(later):
             states = np.concatenate(
@@ -228,17 +230,30 @@ class SampledMotion:
         parts = self._pieces(states, np.append(early, later))
         if stride > 1:
             parts = parts[:1]
-        wanted, times, found = -(-points // samples), [], []
+        wanted, times, found = -(-points // drawn), [], []
         for motion, _ in parts:
             within = max(round(wanted * motion.length / self._T), 1)
             tau = motion.length / within * np.arange(within)
             piece = np.repeat(np.arange(len(states)), within)
             times.append((motion.starts[:, None] + tau).ravel())
             found.append(motion.at(piece, np.tile(tau, len(states))))
-        t = np.concatenate(times)
+        t, values = np.concatenate(times), np.hstack(found)
+        if self._first_read:  # the slew begins within a sample, whatever is drawn of it
+            kept = t > 0
+            t, values = (
+                np.append(0.0, t[kept]),
+                np.column_stack([self._beginning(first), values[:, kept]]),
+            )
         order = np.argsort(t, kind="stable")
-        order = order[(t[order] <= end * (1 + _ROUNDING)) & (t[order] >= 0)]
-        return t[order], np.hstack(found)[:, order]
+        order = order[t[order] <= end * (1 + _ROUNDING)]
+        return t[order], values[:, order]
+
+    def _beginning(self, first: int) -> Array:
+        """Return the signals at the slew's start, which is in the motion from this sample on."""
+        parts = self._pieces(self._states[first : first + 1], np.array([first]))
+        begun = [motion for motion, _ in parts if motion.starts[0] <= _ROUNDING * self._T]
+        since = np.maximum(-begun[-1].starts, 0.0)
+        return np.asarray(begun[-1].at(np.array([0]), since)[:, 0])
 
 
 def _lasting(factors: ComplexArray) -> Array:

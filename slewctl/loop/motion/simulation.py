@@ -267,10 +267,11 @@ def _signals(loop: Loop, slew: Slew, track: Track) -> dict[str, Array]:
     torque = applied
     if not (by_torque or motor is None):
         torque = limits.met(motor.torque(applied, rate))
+    wanted = slew.reference(track.t)[0]
     found = {
-        "theta": theta, "theta_ref": slew.reference(track.t)[0], "theta_dot": theta_dot,
+        "theta": theta, "theta_ref": wanted, "theta_dot": theta_dot,
         "theta_motor": theta_motor, "theta_motor_dot": rate, "tip": tip,
-        "tip_ref": loop.model.arm.reach * slew.reference(track.t)[0],
+        "tip_ref": loop.model.arm.reach * wanted,
         "tip_deflection": deflection, "torque": torque,
     }  # fmt: skip
     if motor is not None:

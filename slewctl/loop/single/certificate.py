@@ -98,6 +98,12 @@ def certify(loop: FactoredLoop, skew: float = 0.0, most_gain: float = WIDEST) ->
             where="margins",
             remedy="take out what is there twice",
         )
+    if loop.unlinked:
+        where = "z = 1" if loop.sample_time else "s = 0"
+        raise UndecidedError(
+            f"several poles at {where} are one chain by rounding alone, if at all: where they are "
+            "none, all but one are hidden"
+        )
     if loop.delay and abs(loop.tail(math.inf)[0]) >= 1:
         raise UnstableLoopError(
             "|L| is not below one at infinite frequency: with dead time the closed loop has "

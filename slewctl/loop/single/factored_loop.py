@@ -197,12 +197,19 @@ class FactoredLoop:
 
     @property
     def longer(self) -> FactoredLoop | None:
-        """The same in long numbers; None where they make nothing better."""
+        """The same in long numbers; None where they tell nothing better, or of rounding alone."""
+        if self.unlinked:  # they would prove something of the last digits of what was given
+            return None
         worse = max(zip(self._factors, self._systems, strict=True), key=lambda x: x[0].unknown)
         if len(worse[1].A) > LONGEST:
             return None
         found = FactoredLoop(*self._systems, self.delay, long=True)
         return found if found.unknown < 0.5 * self.unknown else None
+
+    @property
+    def unlinked(self) -> bool:
+        """Whether poles at s = 0, or z = 1, are one chain by no more than rounding, if at all."""
+        return any(factor.form.unlinked for factor in self._factors)
 
     @property
     def _factors(self) -> tuple[Factor, Factor]:
