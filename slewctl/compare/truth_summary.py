@@ -34,7 +34,7 @@ class TruthSummary:
     hub_ratio : float
         Hub inertia (with the motor's rotor) over that of the beam about the axis; of an arm
         from modal data the inertia that no mode moves over that which they do.
-    doubt : str
+    optimum_doubt : str
         Why the optimal cost is not known.
     """
 
@@ -46,7 +46,7 @@ class TruthSummary:
     optimal_verified: bool
     optimum_drift: float | None
     hub_ratio: float
-    doubt: str = ""
+    optimum_doubt: str = ""
 
 
 def summary_of(judge: Judge, chosen: Evaluation) -> TruthSummary:
@@ -78,7 +78,7 @@ def truth_summary(
         optimal_verified=optimum is not None and optimum.certificate.verified,
         optimum_drift=drift if optimum else None,
         hub_ratio=_hub_ratio(model.arm),
-        doubt=doubt,
+        optimum_doubt=doubt,
     )
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -92,7 +92,7 @@ class ModalForm:
         """Which poles are in no block, shape (n,)."""
         return outside(len(self.poles), [block.index for block in self.blocks])
 
-    @property
+    @cached_property
     def unlinked(self) -> bool:
         """Whether poles at the origin are one chain by no more than rounding, if at all."""
         for block in self.blocks:
