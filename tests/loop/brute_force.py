@@ -112,7 +112,13 @@ def roots_on(grid: Array, values: Array, exact: Callable[[Array], Array]) -> Arr
     def scalar(w: float) -> float:
         return float(exact(np.array([w]))[0])
 
-    return np.array([brentq(scalar, a, b, xtol=1e-300, rtol=1e-15) for a, b in brackets])
+    def root(a: float, b: float) -> float:
+        at_a, at_b = scalar(a), scalar(b)
+        if at_a * at_b > 0:  # one of them is the root: many at once are rounded otherwise
+            return a if abs(at_a) < abs(at_b) else b
+        return float(brentq(scalar, a, b, xtol=1e-300, rtol=1e-15))
+
+    return np.array([root(a, b) for a, b in brackets])
 
 
 def brute_margins(
