@@ -146,8 +146,10 @@ def _slew(result: CaseResult) -> Plot:
     if not slews:
         times, ends = Axis("time (s)", 0, 1), Axis("tip (m)", 0, 1)
         (panel,) = stacked(times, [(ends, HEIGHT, "")], "time")
-        panel.word(0.5, 0.5, "every loop is unstable: no slew", "n")
-        return Plot([panel], f"No loop of {result.case.name} is stable: no slew")
+        known = "nothing is known of a slew"  # of a loop that is proved to be stable, by little
+        why = known if any(c.stable for c in result.curves) else "every loop is unstable: no slew"
+        panel.word(0.5, 0.5, why, "n")
+        return Plot([panel], f"{result.case.name}: {why}")
     first = slews[0][1]
     limit = _drive_limit(result)
     given = [s.actuator if by_voltage else s.torque for _, s in slews]

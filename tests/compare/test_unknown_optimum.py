@@ -61,4 +61,7 @@ def test_what_is_not_known_of_a_cost_is_told_and_the_margins_are(tmp_path: Path)
     assert chosen.loss is None
     assert math.isfinite(found.cases[0].truth.optimal_cost or math.nan)
     write_comparison(found, tmp_path / "page")
-    assert "On the truth it is stable" in (tmp_path / "page" / "index.html").read_text()
+    page = (tmp_path / "page" / "index.html").read_text()
+    assert "On the truth it is stable" in page
+    assert "nothing is known of a slew" in page
+    assert "every loop is unstable" not in page
