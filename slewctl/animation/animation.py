@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
+from slewctl._types import FilePath
 from slewctl.animation.gif import gif_bytes
 from slewctl.animation.movement import Movement
 from slewctl.animation.player import player
@@ -100,7 +100,7 @@ class Animation:
     def _repr_html_(self) -> str:
         return self.html()
 
-    def save(self, path: str | PathLike[str]) -> Path:
+    def save(self, path: FilePath) -> Path:
         """Write a page of its own, or a GIF.
 
         Parameters

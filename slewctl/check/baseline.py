@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -60,10 +60,13 @@ class Baseline:
     path : Path
     designs : mapping of str to Accepted
         By the design file's path, relative to the baseline's folder.
+    is_design : callable
+        Whether at a path there is a design: what was accepted may be replaced by another file.
     """
 
     path: Path
     designs: Mapping[str, Accepted]
+    is_design: Callable[[Path], bool] = Path.exists
 
     def key(self, file: Path) -> str:
         """Return the name of a design file from the baseline's folder, alike on every machine.
@@ -93,9 +96,18 @@ class Baseline:
         if found is not None:
             return found
         for name, entry in self.designs.items():
-            if digest and entry.digest == digest and not self.file(name).exists():
+            if digest and entry.digest == digest and not self.is_design(self.file(name)):
                 return entry
         return None
+
+    def lost(self, results: Iterable[DesignResult]) -> list[str]:
+        """Return the names at which there is no design any more, but for those just judged."""
+        judged = {self.key(result.file) for result in results}
+        return [
+            name
+            for name in self.designs
+            if name not in judged and not self.is_design(self.file(name))
+        ]
 
 
 def read_baseline(path: FilePath, *, may_be_missing: bool = False) -> Baseline:
@@ -189,11 +201,7 @@ def _value(name: str, value: object, where: str) -> float:
     return check_number(value, where)
 
 
-def accept(
-    baseline: Baseline,
-    results: Sequence[DesignResult],
-    there: Callable[[Path], bool] = Path.exists,
-) -> tuple[Baseline, list[str]]:
+def accept(baseline: Baseline, results: Sequence[DesignResult]) -> tuple[Baseline, list[str]]:
     """Return the baseline with the results that passed, and what else was done with it.
 
     A design that failed or broke keeps what was accepted before; one whose file is gone is
@@ -203,8 +211,6 @@ def accept(
     ----------
     baseline : Baseline
     results : sequence of DesignResult
-    there : callable
-        Whether a file still is a design.
 
     Returns
     -------
@@ -229,11 +235,10 @@ def accept(
             designs[baseline.key(result.file)] = Accepted(result.fingerprint, result.digest, values)
         elif result.status in _WHY:
             notes.append(f"{result.name}: not accepted, since it {_WHY[result.status]}")
-    for name in list(designs):
-        if not there(baseline.file(name)):
-            why = "it is no design any more" if baseline.file(name).exists() else "the file is gone"
-            notes.append(f"{name}: dropped, since {why}")
-            del designs[name]
+    for name in baseline.lost(results):
+        why = "it is no design any more" if baseline.file(name).exists() else "the file is gone"
+        notes.append(f"{name}: dropped, since {why}")
+        del designs[name]
     return replace(baseline, designs=designs), notes
 
 

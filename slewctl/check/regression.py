@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from slewctl.check.baseline import Accepted, Baseline
 from slewctl.check.requirements import Verdict
@@ -37,8 +36,7 @@ def compare_with(baseline: Baseline, result: DesignResult, tolerance: float) -> 
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from slewctl.check import DesignResult, Baseline, compare_with
+    >>>     >>> from slewctl.check import DesignResult, Baseline, compare_with
     >>> broken = DesignResult("arm", Path("designs/arm.toml"), error="no such basis")
     >>> compare_with(Baseline(Path("accepted.json"), {}), broken, tolerance=0.01).error
     'no such basis'
@@ -63,20 +61,14 @@ def compare_with(baseline: Baseline, result: DesignResult, tolerance: float) -> 
     )
 
 
-def missing(
-    baseline: Baseline,
-    results: Iterable[DesignResult],
-    there: Callable[[Path], bool] = Path.exists,
-) -> tuple[DesignResult, ...]:
+def missing(baseline: Baseline, results: Sequence[DesignResult]) -> tuple[DesignResult, ...]:
     """Return a result for each design of the baseline whose file is gone and not renamed.
 
     Parameters
     ----------
     baseline : Baseline
-    results : iterable of DesignResult
+    results : sequence of DesignResult
         Of the designs that are there.
-    there : callable
-        Whether a file still is a design.
 
     Returns
     -------
@@ -84,19 +76,17 @@ def missing(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from slewctl.check import Baseline, missing
+    >>>     >>> from slewctl.check import Baseline, missing
     >>> missing(Baseline(Path("accepted.json"), {}), [])
     ()
     """
     # One that was accepted under its own name is no other one renamed.
     new = Counter(r.digest for r in results if baseline.key(r.file) not in baseline.designs)
     found = []
-    for name, entry in baseline.designs.items():
-        if there(baseline.file(name)):
-            continue
-        if new[entry.digest]:
-            new[entry.digest] -= 1
+    for name in baseline.lost(results):
+        digest = baseline.designs[name].digest
+        if new[digest]:
+            new[digest] -= 1
         else:
             found.append(DesignResult(name, baseline.path.parent / name, missing=True))
     return tuple(found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,7 +53,8 @@ class Outputs:
         if self.baseline is None:
             return None
         try:
-            return outcome.read_baseline(self.baseline, may_be_missing=may_be_missing)
+            found = outcome.read_baseline(self.baseline, may_be_missing=may_be_missing)
+            return replace(found, is_design=_is_there)
         except SlewctlError as error:
             raise error.within("--baseline", " ") from error
 
@@ -93,7 +94,7 @@ def check(
             marked=outputs.baseline is not None,
         )
     if before is not None and not update_baseline:
-        gone = outcome.missing(before, results, _is_there)
+        gone = outcome.missing(before, results)
         results = (*(outcome.compare_with(before, result, tolerance) for result in results), *gone)
     # Files first: whoever reads the table may stop reading.
     written, notes = _write(outputs, results, before if update_baseline else None)
@@ -157,7 +158,7 @@ def _write(
         written &= _written("--json", outputs.json, json_text(record))
     if before is None:
         return written, []
-    after, notes = outcome.accept(before, results, _is_there)
+    after, notes = outcome.accept(before, results)
     if not _written("--baseline", after.path, json_text(outcome.baseline_record(after))):
         return False, []
     return written, [*notes, f"{len(after.designs)} accepted, written to {after.path}"]

@@ -15,6 +15,7 @@ from slewctl.cli.terminal import OUT, PATIENCE, number_table, progress, show
 from slewctl.compare import QUANTITIES, VariedArm, WorstCase, worst_case
 from slewctl.compare.arm_box import box_bounds
 from slewctl.compare.quantities import UNWEIGHTED, WEIGHTED
+from slewctl.compare.worst_arm import good
 from slewctl.errors import InputError, check_choice, shown
 from slewctl.export import toml_text
 from slewctl.files import DesignFile, read_design
@@ -133,14 +134,7 @@ def _value(found: WorstCase, trial: VariedArm) -> str:
 def _table(found: WorstCase) -> Table:
     """Return the worst arms, the worst first."""
     table = number_table(*found.properties, found.quantity, "at (Hz)", "how")
-    sign = 1 if QUANTITIES[found.quantity].better == "greater" else -1
-
-    def rank(trial: VariedArm) -> tuple[bool, float]:
-        if math.isnan(trial.value):  # as the search has it: no value is the worst
-            return trial.stable, -math.inf
-        return trial.stable, trial.value * (sign if trial.stable else 1)
-
-    ranked = sorted(found.trials, key=rank)
+    ranked = sorted(found.trials, key=lambda trial: (trial.stable, good(trial, found.quantity)))
     for trial in ranked[:_SHOWN]:
         hertz = "" if trial.frequency_hz is None else f"{trial.frequency_hz:.4g}"
         grows = "not proved" if trial.growth_per_s is None else f"{trial.growth_per_s:.3g} 1/s"

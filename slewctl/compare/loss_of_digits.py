@@ -18,7 +18,6 @@ from slewctl.design import Controller
 from slewctl.design.digital.fixed_point import LEAST_WORD, MOST_WORD, LoopSignals
 from slewctl.design.digital.steps import check_sampled
 from slewctl.errors import DesignError, SlewctlError, check_positive
-from slewctl.loop import close
 from slewctl.loop.sampled import SampledLoop
 from slewctl.loop.tracking import tracking_controller
 from slewctl.numerics.interconnect import closed_matrix
@@ -169,10 +168,8 @@ def _blur(before: Judgement, after: Judgement) -> float:
     limits = {name: peak for name, peak in peaks.items() if peak > 0}
     if len(limits) < 2 or loop.objective.actuator not in limits:
         return 0.0  # nothing moves in this slew
-    sized = close(loop.model, replace(loop.objective, limits=limits, weighted=True),
-                  loop.controller)  # fmt: skip
-    if not isinstance(sized, SampledLoop):
-        raise TypeError("a sampled controller makes a sampled loop")
+    sizes = replace(loop.objective, limits=limits, weighted=True)
+    sized = replace(loop, objective=sizes, source=None)
     return math.sqrt(sized.closed.cost_of_rounding(*loop.rounding))
 
 

@@ -177,6 +177,14 @@ class WorstCase(Tabular):
         return f"worst of {self.tried} arms: {what} ({corner}: {where})"
 
 
+def good(trial: VariedArm, quantity: str) -> float:
+    """Return the value, as a number that is the greater the better."""
+    if math.isnan(trial.value):
+        return -math.inf
+    smaller = trial.stable and QUANTITIES[quantity].better == "smaller"
+    return -trial.value if smaller else trial.value
+
+
 @single_threaded
 def worst_case(
     design: Case | Judge | Loop,
@@ -327,8 +335,7 @@ class _Search:
         properties = self.properties(point)
         key = tuple(properties.values())
         if key not in self.known:
-            arm = vary(self.subject.arm, **properties)
-            trial = self._judged(arm, properties, how)
+            trial = self._judged(vary(self.subject.arm, **properties), properties, how)
             self.trials.append(trial)
             self.points.append(point)
             self.known[key] = trial
@@ -337,35 +344,28 @@ class _Search:
     def _judged(self, arm: Arm, properties: dict[str, float], how: str) -> VariedArm:
         self.progress(f"{how} {', '.join(f'{k} = {v:.4g}' for k, v in properties.items())}".strip())
         judged = self.subject.judge(arm)
-        reading, loop = read(judged, self.quantity), judged.loop
-        if not judged.stable:
+        reading = read(judged, self.quantity)
+        if not (loop := judged.loop).stable:
             growth = 0.0 if loop.undecided else max(float(judged.poles.real.max()), 0.0)
             reading = reading._replace(value=-growth, note=loop.loud_fault)
         return VariedArm(MappingProxyType(properties), reading, judged.stable, how)
 
     def rank(self, k: int) -> tuple[bool, float]:
         """What makes a trial worse: unstable before stable, then the worse value."""
-        return self.trials[k].stable, self._good(self.trials[k])
-
-    def _good(self, trial: VariedArm) -> float:
-        """Return the value, as a number that is the greater the better."""
-        if math.isnan(trial.value):
-            return -math.inf
-        smaller = trial.stable and QUANTITIES[self.quantity].better == "smaller"
-        return -trial.value if smaller else trial.value
+        return self.trials[k].stable, good(self.trials[k], self.quantity)
 
     def descend(self, searches: int, evaluations: int) -> None:
         """Search on from the worst arms so far, downhill without gradients."""
         from scipy.optimize import minimize  # slow to load: not before it is wanted
 
         starts = sorted(range(len(self.trials)), key=self.rank)[:searches]
-        heights = [self._good(t) for t in self.trials if t.stable and np.isfinite(t.value)]
+        heights = [good(t, self.quantity) for t in self.trials if t.stable and np.isfinite(t.value)]
         # Stands for infinite values, which are no slope to descend.
         most = 10 * max(map(abs, heights), default=1.0) + 1.0
 
         def height(point: Array) -> float:
             trial = self.try_at(point, "search")
-            return float(np.clip(self._good(trial), -most, most)) - (
+            return float(np.clip(good(trial, self.quantity), -most, most)) - (
                 0 if trial.stable else 2 * most
             )
 

@@ -36,8 +36,8 @@ def anti_windup(controller: Controller) -> tuple[Array, str]:
     T = controller.sample_time
     if left := winding(A, C, entry, T):
         words = f"{left} winds up, and nothing leads it back"
-    elif len(A) and not entry.any():
-        words = f"nothing to lead back, all fades with a time constant of {fading(A, T):.3g} s"
+    elif len(A) and not entry.any() and np.isfinite(lasting := fading(A, T)):
+        words = f"nothing to lead back, all fades with a time constant of {lasting:.3g} s"
     return entry, words
 
 
@@ -108,10 +108,13 @@ def _entry(controller: Controller) -> tuple[Array, str]:
             continue
         integral = np.linalg.norm(seen * (w @ B))
         steady = np.linalg.norm(_without(A, B, C, D, right, w, edge))
-        if not (steady or T or fastest):
-            continue  # an integrator and nothing else, which no time is told by
         # Of a sampled law the integral is counted per sample, and so is the time.
-        time = steady / integral if steady > 0 and integral > 0 else _ALONE / (1 if T else fastest)
+        if steady > 0 and integral > 0:
+            time = float(steady / integral)
+        elif T or fastest:
+            time = _ALONE / (1 if T else fastest)
+        else:
+            continue  # an integrator and nothing else, which no time is told by
         share = -np.expm1(-1 / time) if T else 1 / time
         entry = entry + share / seen * right
         extra = "the integral is led back"

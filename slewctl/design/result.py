@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from slewctl._show import table_html
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array, ComplexArray, FilePath
 from slewctl.design.achieved import achieved
 from slewctl.design.breakdown import check_finite
 from slewctl.design.coordinates import balanced
@@ -234,7 +233,7 @@ class Controller(DigitalSteps, WithSystem):
             )
         return with_reference(self.linear, self.reference).to_control()
 
-    def save(self, path: str | PathLike[str]) -> None:
+    def save(self, path: FilePath) -> None:
         """Write the controller as data; ``slewctl.given(file=…)`` reads it to the last bit.
 
         Parameters

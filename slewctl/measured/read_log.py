@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from os import PathLike
 
-from slewctl._types import ComplexArray
+from slewctl._types import ComplexArray, FilePath
 from slewctl.errors import InputError, SlewctlError, check_path, check_positive
 from slewctl.measured.flaws import clock_of, on_the_clock
 from slewctl.measured.log import Log
@@ -18,7 +17,7 @@ _REFERENCE = "reference"
 
 
 def read_log(
-    file: str | PathLike[str],
+    file: FilePath,
     columns: Mapping[str, str] | None = None,
     *,
     sample_time: float | None = None,

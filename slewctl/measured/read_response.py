@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array, ComplexArray, FilePath
 from slewctl.errors import InputError, SlewctlError, check_choice, check_path, check_positive, shown
 from slewctl.measured.response import Response
 from slewctl.measured.table import holds, pick, pick_real, read_columns
@@ -26,7 +25,7 @@ _NAMES = (
 
 
 def read_response(
-    file: str | PathLike[str],
+    file: FilePath,
     columns: Mapping[str, str] | None = None,
     *,
     actuator: str = "torque",

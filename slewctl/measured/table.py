@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from slewctl._types import Array, ComplexArray
+from slewctl._types import Array, ComplexArray, FilePath
 from slewctl.errors import InputError, check_path, shown
 from slewctl.export import SUFFIXES, read_data
 from slewctl.textfile import read_text
@@ -23,7 +22,7 @@ _MOST_TOLD = 20
 _DELIMITERS = ("\t", ";", ",")
 
 
-def read_columns(file: str | PathLike[str]) -> dict[str, ComplexArray]:
+def read_columns(file: FilePath) -> dict[str, ComplexArray]:
     """Return the columns of a file by name, empty cells as NaN.
 
     Parameters

@@ -139,6 +139,18 @@ def test_of_designs_with_the_same_text_one_that_is_gone_is_missing(tmp_path: Pat
     assert len(missing(more, [*results, new])) == 1  # one new file is one of them renamed
 
 
+def test_a_design_that_moved_is_compared_though_another_file_took_its_place(tmp_path: Path) -> None:
+    """Such as the arm alone, which is no design any more."""
+    (result,) = folder_with(tmp_path, PASSED)
+    entry = Accepted("f", PASSED.digest, {NOMINAL: {"gain_margin_db": 1e9}})
+    old = tmp_path / "designs" / "old.toml"
+    old.write_text("")
+    before = Baseline(tmp_path / "b.json", {"designs/old.toml": entry}, lambda path: path != old)
+    assert before.accepted(result.file, result.digest) == entry
+    assert compare_with(before, result, 0.01).status == "failed"
+    assert missing(before, [result]) == ()
+
+
 def test_a_baseline_may_lie_in_a_folder_that_is_not_there_yet(tmp_path: Path) -> None:
     (result,) = folder_with(tmp_path, PASSED)
     after, notes = accept(Baseline(tmp_path / "ci" / "deep" / "b.json", {}), [result])

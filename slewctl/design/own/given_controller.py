@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from os import PathLike
 from typing import Any
 
 import numpy as np
 
+from slewctl._types import FilePath
 from slewctl.design.classical.filters import Section, in_series
 from slewctl.design.coordinates import balanced
 from slewctl.design.discretise import check_rule, discretised
@@ -50,7 +50,7 @@ def given(
     B: Any = None,
     C: Any = None,
     D: Any = None,
-    file: str | PathLike[str] | None = None,
+    file: FilePath | None = None,
     sections: Sequence[Mapping[str, float]] | None = None,
     inputs: Sequence[str] | None = None,
     output: str | None = None,

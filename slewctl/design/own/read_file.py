@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from os import PathLike
 from typing import Any
 
 import numpy as np
 
+from slewctl._types import FilePath
 from slewctl.design.own.forms import FORMS
 from slewctl.design.stored import SCHEMA
 from slewctl.errors import Faults, InputError, check_path, shown
@@ -22,7 +22,7 @@ _REQUIRED = {"num and den": FORMS["num and den"], "A, B, C and D": ("A", "B", "C
 
 
 def told_by_file(
-    file: str | PathLike[str], options: Mapping[str, Any]
+    file: FilePath, options: Mapping[str, Any]
 ) -> tuple[dict[str, Any], Mapping[str, Any]]:
     """Return the options that a file holds, and its whole content if slewctl wrote it.
 
