@@ -36,7 +36,8 @@ def compare_with(baseline: Baseline, result: DesignResult, tolerance: float) -> 
 
     Examples
     --------
-    >>>     >>> from slewctl.check import DesignResult, Baseline, compare_with
+    >>> from pathlib import Path
+    >>> from slewctl.check import DesignResult, Baseline, compare_with
     >>> broken = DesignResult("arm", Path("designs/arm.toml"), error="no such basis")
     >>> compare_with(Baseline(Path("accepted.json"), {}), broken, tolerance=0.01).error
     'no such basis'
@@ -76,7 +77,8 @@ def missing(baseline: Baseline, results: Sequence[DesignResult]) -> tuple[Design
 
     Examples
     --------
-    >>>     >>> from slewctl.check import Baseline, missing
+    >>> from pathlib import Path
+    >>> from slewctl.check import Baseline, missing
     >>> missing(Baseline(Path("accepted.json"), {}), [])
     ()
     """
