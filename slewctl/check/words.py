@@ -39,12 +39,18 @@ def limit_text(verdict: Verdict) -> str:
 
 
 def place_text(verdict: Verdict) -> str:
-    """Return the frequency that sets the value and its mode, such as ``3.801 Hz, mode 1``."""
+    """Return the frequency that sets the value and its mode, such as ``3.801 Hz, mode 1``.
+
+    Empty where there is none, or where the note tells it.
+    """
     if verdict.frequency_hz is None:
+        return ""
+    hertz = f"{verdict.frequency_hz:.4g} Hz"
+    if hertz in verdict.note:
         return ""
     # The mode's own frequency, in brackets, is one number too many here.
     mode = verdict.mode.partition(" (")[0]
-    return f"{verdict.frequency_hz:.4g} Hz{f', {mode}' if mode else ''}"
+    return f"{hertz}{f', {mode}' if mode else ''}"
 
 
 def proof_text(verdict: Verdict) -> str:

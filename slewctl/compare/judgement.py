@@ -161,11 +161,14 @@ class Judgement:
         The truth with its optimum.
     slew : Slew
         The turn that is simulated, its shaper made.
+    at_once : bool
+        Whether the cost of the `optimum` is told without what confirms it, for a first look.
     """
 
     loop: Loop
     yardstick: Yardstick
     slew: Slew
+    at_once: bool = False
     # What `slewctl.compare.read` has read of it, by name: verdicts and reports ask alike.
     _read: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
@@ -202,8 +205,12 @@ class Judgement:
     @cached_property
     def optimum(self) -> Controller:
         """The best controller with the same clock and delay, on the same truth."""
+        return self.yardstick.optimum(*self._clock)
+
+    @property
+    def _clock(self) -> tuple[float, float]:
         sampled = self.controller.sample_time
-        return self.yardstick.optimum(sampled, self.controller.delay if sampled else 0.0)
+        return sampled, self.controller.delay if sampled else 0.0
 
     @cached_property
     def continuous(self) -> Judgement | None:
@@ -219,7 +226,9 @@ class Judgement:
     @property
     def loss(self) -> float:
         """Cost over that of the `optimum`, less one."""
-        return self.cost / self.optimum.h2_cost - 1
+        clock, own = self._clock, self.yardstick
+        least = own.least_cost(*clock) if self.at_once else self.optimum.h2_cost
+        return self.cost / least - 1
 
     @cached_property
     def response(self) -> SlewResponse:

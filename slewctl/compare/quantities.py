@@ -214,9 +214,8 @@ def _cost(judgement: Judgement) -> Reading:
 def _loss(judgement: Judgement) -> Reading:
     if math.isinf(judgement.cost):
         return Reading(math.nan, note=PASSES)
-    optimum = judgement.optimum
     doubt = _cost_doubt(judgement)
-    if not optimum.certificate.verified:
+    if not (judgement.at_once or judgement.optimum.certificate.verified):
         doubt = "the optimum that the cost is compared with is not verified"
     return Reading(judgement.loss, doubt=doubt)
 

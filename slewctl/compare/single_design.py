@@ -20,7 +20,9 @@ from slewctl.compare.truth_summary import truth_summary
 
 
 @single_threaded
-def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False) -> CaseResult:
+def glance(
+    case: Case, beside: CaseResult | None = None, *, whole: bool = False, ladder: bool = True
+) -> CaseResult:
     """Return a case's own design on its truth, without what takes long.
 
     Parameters
@@ -29,7 +31,10 @@ def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False)
     beside : CaseResult, optional
         Another glance, such as at the same design before a change, whose curves are shown too.
     whole : bool
-        Whether what the ladder tells is proved and confirmed; otherwise it is as it is seen.
+        Whether what the ladder tells and the least cost are proved and confirmed; otherwise
+        they are as they are seen.
+    ladder : bool
+        Whether there is one.
 
     Returns
     -------
@@ -52,13 +57,18 @@ def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False)
     """
     judge = Judge(case)
     chosen = judge.evaluate(*case.origin)
+    if not whole:
+        chosen = replace(chosen, judgement=replace(chosen.judgement, at_once=True))
     evaluations, curves = (beside.evaluations, beside.curves) if beside else ((), ())
     model, design = judge.truth, chosen.design
     shapes: tuple[ModeShapes, ...] = ()
     if not (model.given or design is None or design.model is None):
         sources = (("truth", model), (case.basis, design.model))
         shapes = tuple(mode_shapes(*source, case.n) for source in sources)
-    ladder = (climb if whole else climb_at_once)(*_beginning(judge, chosen))
+    ladders = beside.ladders if beside else ()
+    if ladder:
+        climbed = climb if whole else climb_at_once
+        ladders = (*ladders, climbed(*_beginning(judge, chosen)))
     return CaseResult(
         case,
         truth_summary(model),
@@ -68,7 +78,7 @@ def glance(case: Case, beside: CaseResult | None = None, *, whole: bool = False)
         refused=(),
         curves=(*curves, loop_curves(chosen)),
         shapes=shapes,
-        ladders=(*(beside.ladders if beside else ()), ladder),
+        ladders=ladders,
     )
 
 
@@ -93,7 +103,7 @@ def glance_at_ladder(case: Case) -> Ladder:
     >>> from slewctl.compare.single_design import glance_at_ladder
     >>> from slewctl.files import example_design, read_design
     >>> len(glance_at_ladder(read_design(example_design()).case).rungs)
-    20
+    7
     """
     judge = Judge(case)
     return climb_at_once(*_beginning(judge, judge.evaluate(*case.origin)))

@@ -236,8 +236,8 @@ class Session:
         try:
             design = set_as(shared.design, self.settings)
             ladder = shared.climb(design.source.text)
-            self.found = explored(design, beside=shared.beside, confirm=False)
-            body = self.found.body(ladder=False)
+            self.found = explored(design, beside=shared.beside, confirm=False, ladder=False)
+            body = self.found.body()
         except SlewctlError as error:
             self.found = None
             self._put(explorer_refusal(str(error)))
@@ -286,7 +286,8 @@ class Session:
         else:
             killed = isinstance(error, BrokenExecutor)
             doubt = "its process was killed; move a slider to try again" if killed else str(error)
-            self.results.body = self.found.body(doubt)
+            ladder = seen_ladder(self.found.design, self.shared.beside)
+            self.results.body = with_ladder(self.found.body(doubt), ladder)
 
     def _reset(self) -> None:
         for key, widget in self.widgets.items():

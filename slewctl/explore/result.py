@@ -55,25 +55,22 @@ class Explored:
         """Whether every requirement holds, as far as it was looked at."""
         return all(finding.verdict.passed for finding in self.findings)
 
-    def body(self, doubt: str = "", *, ladder: bool = True) -> str:
+    def body(self, doubt: str = "") -> str:
         """Return verdicts and figures as a part of a page.
 
         Parameters
         ----------
         doubt : str
             Why they are not confirmed.
-        ladder : bool
-            Whether the ladder is drawn; otherwise its place is held for `seen_ladder`.
 
         Returns
         -------
         str
+            With the place of a ladder that is not climbed held for `seen_ladder`.
         """
         told = [told_finding(finding) for finding in self.findings]
         with self.design.source.computing():
-            return explorer_body(
-                self.result, told, confirmed=self.confirmed, doubt=doubt, ladder=ladder
-            )
+            return explorer_body(self.result, told, confirmed=self.confirmed, doubt=doubt)
 
     def __repr__(self) -> str:
         failed = sum(not finding.verdict.passed for finding in self.findings)
@@ -94,6 +91,7 @@ def explored(
     *,
     beside: CaseResult | None = None,
     confirm: bool = True,
+    ladder: bool = True,
 ) -> Explored:
     """Return what becomes of a design when some of its keys are changed.
 
@@ -107,6 +105,8 @@ def explored(
         Another design that is shown with it, such as that of the file itself: `before`.
     confirm : bool
         Whether the verdicts are the gate's own, and what the ladder tells is proved.
+    ladder : bool
+        Whether the ladder is climbed.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def explored(
     file = design if isinstance(design, DesignFile) else read_design(Path(design))
     changed = set_as(file, settings or {})
     with changed.source.computing():
-        result = glance(changed.case, beside, whole=confirm)
+        result = glance(changed.case, beside, whole=confirm, ladder=ladder)
         judgement = result.chosen.judgement
         if confirm:
             findings = verdicts(changed, judgement)

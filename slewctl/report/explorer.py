@@ -40,7 +40,6 @@ def explorer_body(
     *,
     confirmed: bool,
     doubt: str = "",
-    ladder: bool = True,
 ) -> str:
     """Return verdicts and figures as HTML.
 
@@ -54,15 +53,15 @@ def explorer_body(
         Whether the verdicts are the gate's.
     doubt : str
         Why they cannot be.
-    ladder : bool
-        Whether the ladder is drawn; otherwise its place is held for `with_ladder`.
 
     Returns
     -------
     str
+        With the place of a ladder that is not climbed held for `with_ladder`.
     """
-    shown = drawn(result if ladder else replace(result, ladders=()))
-    if not ladder:
+    climbed = any(ladder.origin == result.chosen.origin for ladder in result.ladders)
+    shown = drawn(result if climbed else replace(result, ladders=()))
+    if not climbed:
         place = [kind for kind, *_ in shown["figures"]].index("poles")
         shown["figures"].insert(place, ("ladder", _LATER, caption("ladder")))
     return render(

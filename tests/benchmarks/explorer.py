@@ -50,7 +50,7 @@ def times_of(path: Path) -> Array:
             try:
                 changed = set_as(design, {key: value})
                 ladder = shared.climb(changed.source.text)
-                body = explored(changed, beside=beside, confirm=False).body(ladder=False)
+                body = explored(changed, beside=beside, confirm=False, ladder=False).body()
             except SlewctlError:
                 continue  # told in less time
             seen, own = time.perf_counter() - start, time.process_time() - own

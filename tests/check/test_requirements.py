@@ -11,6 +11,7 @@ from changed_judgement import changed
 from slewctl import Hub, InputError, Objective, Slew, arms
 from slewctl.arm import Motor
 from slewctl.check import REQUIREMENTS, judge, measure
+from slewctl.check.words import place_text
 from slewctl.compare import Case, Judgement, evaluate, follow, quantities_of, read
 from slewctl.compare.quantities import RECORDED
 from slewctl.loop import Crossing
@@ -71,6 +72,7 @@ def test_unstable_loop_passes_nothing(unstable: Judgement) -> None:
         assert not verdict.passed
         assert verdict.frequency_hz == unstable.unstable_hz[0]
         assert "unstable at" in verdict.note
+        assert place_text(verdict) == ""  # the note tells it
 
 
 def test_stability_is_judged_even_when_not_asked(unstable: Judgement) -> None:

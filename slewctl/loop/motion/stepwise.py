@@ -157,6 +157,7 @@ class Walk:
         self.limits = Limits(arm.loop, arm.conditions)
         self._slides, self._holds = arm.conditions.coulomb_friction, arm.conditions.breakaway
         self._stuck = True
+        self._columns: dict[float, tuple[Array, float]] = {}
         self.disturbance = self._disturbed()
 
     def generator(self, number: int) -> np.random.Generator:
@@ -191,14 +192,26 @@ class Walk:
         The friction that brings the end of the step to rest is taken where it is small enough:
         so the arm sticks, and slides in the wrong direction nowhere (Moreau's time stepping).
         """
-        column = self.steps.map(h)[:, self.size + AT_MOTOR]
+        column, gain = self._pushed(h)
         free = self.arm.rotor_rate(z)
-        gain = self.arm.rotor_rate(z + column) - free
+        if math.isnan(gain):
+            gain = self.arm.rotor_rate(z + column) - free
         torque = -free / gain
         self._stuck = abs(torque) <= (self._holds if self._stuck else self._slides)
         if not self._stuck:
             torque = math.copysign(self._slides, torque)
         return z + torque * column, torque
+
+    def _pushed(self, h: float) -> tuple[Array, float]:
+        """Return what a unit torque adds to the states in a step, and to the rotor's rate.
+
+        With large deflections that depends on where the arm is, and is not a number.
+        """
+        if h not in self._columns:
+            column = self.steps.map(h)[:, self.size + AT_MOTOR]
+            gain = math.nan if self.arm.equations else self.arm.rotor_rate(column)
+            self._columns[h] = column, gain
+        return self._columns[h]
 
     @property
     def rubs(self) -> bool:
