@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import ceil, pi
+from math import ceil, factorial, pi
 
 import numpy as np
 
@@ -34,10 +34,16 @@ _FINE = 1e-10
 # A step that does not lower ∫|λ| by more than rounding is taken if less is left by it.
 _ROUNDING = 1e-14
 
+# Of a power series within a part of a period: its last is 1/24!.
+_TERMS = 22
+
 
 @dataclass(frozen=True)
 class Functionals:
     """The weights f of ∫f u: t, 1, and two (or four) waves of each mode.
+
+    Within a part of a lone mode's period these are hardly different functions; what takes
+    their place spans the same, and −∫t u is the same where the others leave nothing.
 
     Attributes
     ----------
@@ -56,6 +62,14 @@ class Functionals:
         one = np.ones_like(t)
         weights, sums, slopes = [t, one], [t**2 / 2, t], [one, 0 * t]
         for mode in self.modes:
+            if len(self.modes) == self.order == 1 and mode.frequency * self.since < 1:
+                added = _short(mode, t)
+                # t less the mode's first weight, which leaves nothing: what is alike goes.
+                slopes[0], weights[0], sums[0] = -added[:3]
+                whole = added + np.array([one, t, t**2 / 2, t**3 / 6])
+                for first, rows in enumerate((slopes, weights, sums)):
+                    rows += list(whole[first : first + 2])
+                continue
             pole = mode.ratio * mode.frequency + 1j * mode.damped
             late = t - self.since
             wave = np.exp(pole * late)
@@ -67,6 +81,21 @@ class Functionals:
                 for rows, values in zip((weights, sums, slopes), part, strict=True):
                     rows += [values.real, values.imag]
         return np.array(weights), np.array(sums), np.array(slopes)
+
+
+def _short(mode: Mode, t: Array) -> Array:
+    """Return how t⁰, t, t²/2 and t³/6 become others by a mode, within a part of its period.
+
+    With them they are the response of ÿ − 2ζω ẏ + ω² y to an impulse and what its integrals
+    are, each the slope of the next.  The second and third of these span the mode's waves.
+    """
+    damped, stiff = 2 * mode.ratio * mode.frequency, mode.frequency**2
+    added, before, last = np.zeros((4, len(t))), 1.0, 0.0
+    for power in range(1, _TERMS):
+        before, last = damped * before - stiff * last, before
+        for k, row in enumerate(added):
+            row += before * t ** (power + k) / factorial(power + k)
+    return added
 
 
 class FullTorque:

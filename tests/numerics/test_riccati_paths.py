@@ -198,8 +198,9 @@ def test_a_gain_of_fewer_modes_leads_to_the_optimum(modes: int) -> None:
     assert found.residual < 1e-7
     cost = [np.trace(many.B1.T @ each.X @ many.B1) for each in (found, exact)]
     assert cost[0] == pytest.approx(cost[1], rel=1e-7)
-    # Kleinman: the cost of a gain, never less than that of the best.
-    assert cost[0] >= cost[1] * (1 - 1e-11)
+    # Kleinman: the cost of a gain, never less than that of the best but for the rounding of
+    # both, which is up to 2e-11 with one BLAS kernel or another.
+    assert cost[0] >= cost[1] * (1 - 1e-10)
 
 
 def test_gains_that_lead_nowhere_are_told() -> None:

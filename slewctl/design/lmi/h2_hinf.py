@@ -22,7 +22,7 @@ from scipy.linalg import block_diag
 
 from slewctl._types import Array
 from slewctl.design.achieved import closed_cost
-from slewctl.design.breakdown import guarded
+from slewctl.design.breakdown import check_finite, guarded
 from slewctl.design.clocked import with_clock
 from slewctl.design.lmi.blocks import largest
 from slewctl.design.lmi.output_feedback import Channel, OutputFeedback, OutputProblem, solve_output
@@ -282,6 +282,7 @@ def _channel(plant: GeneralisedPlant, corner: float) -> _Channel:
 
 def spillover_gain(plant: GeneralisedPlant, system: LinearSystem, channel: _Channel) -> float:
     """Return ‖W K S‖∞ of a controller around its plant; infinite if the loop is unstable."""
+    check_finite(channel.weights, *system.matrices)
     n, sensors = len(plant.A), len(plant.sensors)
     # Inputs: each sensor's error, then u; outputs: W u = u − x_w with x_w' = ω_c (u − x_w), y.
     spilling = LinearSystem(

@@ -213,7 +213,8 @@ def _impossible(half: Half, wish: Region, rate: float, prefix: str, status: str)
 
     def possible(region: Region, tolerance: float | None = _COARSE) -> bool:
         found = _solve(half, region.scaled(rate), tolerance)
-        return found.K is not None and region.scaled(rate).holds(_poles(half, found.K))
+        known = found.K is not None if tolerance else found.sound
+        return known and region.scaled(rate).holds(_poles(half, found.K))
 
     poles = rate * _poles(half, half.optimal)
     spread = float(np.abs(poles).max())
