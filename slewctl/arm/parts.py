@@ -149,6 +149,14 @@ class Arm:
             return self.beam.lever("tip")
         return self.hub.radius + self.beam.length
 
+    @property
+    def given_modes(self) -> int | None:
+        """How many flexible modes modal data and an elastic joint give together; None of a beam,
+        which has as many as anybody asks for."""
+        if not isinstance(self.beam, ModalData):
+            return None
+        return self.beam.modes + (self.joint is not None)
+
     @cached_property
     def bodies(self) -> Bodies:
         """The payload and the masses along the beam."""

@@ -82,7 +82,8 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     ----------
     arm : Arm
     modes : int
-        How many flexible modes to keep; of an arm from modal data at most those given.
+        How many flexible modes to keep; of an arm from modal data at most those given, and that of
+        an elastic joint.
 
     Returns
     -------
@@ -103,8 +104,7 @@ def truth(arm: Arm, modes: int = DEFAULT_MODES) -> Truth:
     """
     check_arm(arm, "truth")
     count = check_modes(modes, "truth.modes")
-    given = arm.beam.modes if isinstance(arm.beam, ModalData) else count
-    return _truth(arm, min(count, given))
+    return _truth(arm, min(count, arm.given_modes or count))
 
 
 def arm_modes(arm: Arm, n: int) -> Basis:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slewctl._types import Array
-from slewctl.arm import Arm, ModalData
+from slewctl.arm import Arm
 from slewctl.basis import Basis
 from slewctl.basis.with_joint import jointed
 from slewctl.errors import InputError, check_choice
@@ -85,11 +85,12 @@ def frequencies(arm: Arm, modes: int, boundary: Boundary = "hub-locked") -> Freq
     check_arm(arm, "frequencies")
     check_choice(boundary, BOUNDARIES, "frequencies.boundary")
     modes = check_modes(modes, "frequencies.modes")
-    if isinstance(arm.beam, ModalData) and modes > arm.beam.modes:
+    known = held(arm, boundary).given_modes
+    if known is not None and modes > known:
         raise InputError(
-            f"{modes} modes of an arm whose data give {arm.beam.modes}",
+            f"{modes} modes of an arm whose data give {known}",
             where="frequencies.modes",
-            remedy=f"ask for at most {arm.beam.modes}",
+            remedy=f"ask for at most {known}",
         )
     found = converged(arm, modes, boundary)
     return Frequencies(boundary, found.omega / (2 * np.pi), found.errors, found.basis.n)

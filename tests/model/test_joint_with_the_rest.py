@@ -119,3 +119,18 @@ def test_a_hub_behind_a_joint_is_not_turned_as_given() -> None:
     equations = sc.large_slew(sc.assemble(ARM, "clamped-free", n=2))
     with pytest.raises(sc.InputError, match="servo turns the rotor"):
         sc.simulate_turned_hub(equations, np.linspace(0, 1, 3), sc.Slew(10.0, 1.0))
+
+
+def test_a_callable_profile_spins_behind_a_joint_as_its_table_does() -> None:
+    """The twist leaves the profile's integrals alone: no relative change is asked of it."""
+    at = np.linspace(0.0, 1.0, 41)
+    smooth = sc.Beam(1.0, lambda x: 2 * np.exp(-x), lambda x: 40 * np.exp(-2 * x))
+    table = sc.Beam(1.0, sc.Stations(at, 2 * np.exp(-at)), sc.Stations(at, 40 * np.exp(-2 * at)))
+    joint = sc.Joint(200.0, rotor_inertia=0.3)
+    found = [
+        sc.spin_frequencies_hz(
+            sc.assemble(sc.Arm(beam, sc.Hub(0.1), joint=joint), "hub-matched", 3), 3.0
+        )
+        for beam in (smooth, table)
+    ]
+    np.testing.assert_allclose(found[0], found[1], rtol=2e-4)

@@ -6,10 +6,12 @@ import pickle
 from dataclasses import replace
 from pathlib import Path
 
+import control
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import eigh
 
 import slewctl as sc
 from slewctl import Arm, Beam, Hub, InputError, ModalData, Payload, Place
@@ -114,6 +116,49 @@ def test_unequal_appendages_show_what_each_of_them_does() -> None:
         damped = s**2 + 2 * arm.damping_ratios(len(omega)) * omega * s + omega**2
         bent = -np.array(data.places[0].shapes) @ (np.array(data.coupling) / damped) * s**2
         assert seen / theta == pytest.approx(bent, rel=1e-9)
+
+
+def test_behind_an_elastic_joint_the_truth_has_one_mode_more() -> None:
+    """M, D and K of rotor, hub and modes: their frequencies, and a loop that the joint loses."""
+    inertia, coupling, hub, rotor = 600.0, np.array([20.0, 4.0]), 50.0, 60.0
+    stiffness, damping, omega = 4000.0, 5.0, 2 * np.pi * np.array([0.2, 1.3])
+    joint = sc.Joint(stiffness, damping, rotor)
+    data = ModalData(inertia, omega / (2 * np.pi), coupling, (Place("tip", 8.0, (0.15, 0.1)),))
+    arm = Arm(data, Hub(hub), damping_ratio=0.005, joint=joint)
+    M = np.diag([rotor, inertia + hub, 1.0, 1.0])
+    M[1, 2:] = M[2:, 1] = coupling
+    twist = np.array([1.0, -1.0, 0.0, 0.0])
+    K = stiffness * np.outer(twist, twist) + np.diag([0, 0, *omega**2])
+    D = damping * np.outer(twist, twist) + np.diag([0, 0, *(0.01 * omega)])
+    own = np.sqrt(eigh(K, M, eigvals_only=True)[1:])
+    truth = sc.truth(arm)
+    np.testing.assert_allclose(truth.omega, own, rtol=1e-9)
+    assert truth.complete
+    np.testing.assert_allclose(frequencies(arm, 3, "rotor-locked").hz[0], truth_locked(M, K))
+    with pytest.raises(InputError, match="3 modes of an arm whose data give 2"):
+        frequencies(arm, 3)
+    problem = sc.Problem(arm, {"tip": 0.1, "torque": 5.0}, {"torque": 0.2, "theta": 1e-4})
+    kp, kd, lag = 710 * 0.36, 710 * 1.4 * 0.6, 1e-4
+    law = control.tf([kd, kp], [lag, 1], inputs=["theta"], outputs=["torque"], name="PD")
+    judged = problem.judge(law)
+    A = np.block([[np.zeros((4, 4)), np.eye(4)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
+    B = np.append(np.zeros(4), np.linalg.solve(M, [1.0, 0, 0, 0]))
+    angle = np.eye(8)[1]
+    closed = np.block(
+        [
+            [A - kd / lag * np.outer(B, angle), (kd / lag - kp) * B[:, None]],
+            [angle / lag, -np.ones((1, 1)) / lag],
+        ]
+    )
+    assert np.linalg.eigvals(closed).real.max() > 0.1
+    assert not judged.stable
+    good = problem.judge(sc.lqg(problem.plant("modal", n=1)))
+    assert follow(good, "gain_margin_db").converged  # the truth ends where the data do
+
+
+def truth_locked(M: np.ndarray, K: np.ndarray) -> float:
+    """Return the lowest frequency in Hz with the rotor held."""
+    return float(np.sqrt(eigh(K[1:, 1:], M[1:, 1:], eigvals_only=True)[0]) / (2 * np.pi))
 
 
 def test_designs_are_made_and_judged_on_them(tmp_path: Path) -> None:
