@@ -30,7 +30,7 @@ from slewctl.numerics.linear_system import LinearSystem
 from slewctl.plant.signals import ACTUATORS
 from slewctl.plant.statespace import Actuator
 
-_MAPPED = re.compile(r"columns=\{'(\w+)': '?([^'}]*)'?\}")
+_MAPPED, _PAIR = re.compile(r"columns=\{([^}]*)\}"), re.compile(r"'(\w+)': '?([^',]*)'?")
 # Where something is wrong that is not with the arm.
 _NOT_THE_ARM = ("fit.", "log", "response")
 _OPTIONS = {
@@ -133,7 +133,10 @@ def _columns_as_options() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        remedy = _MAPPED.sub(r"--column \1=\2", error.remedy)
+        remedy = _MAPPED.sub(
+            lambda told: " ".join(f"--column {name}={of}" for name, of in _PAIR.findall(told[1])),
+            error.remedy,
+        )
         if remedy == error.remedy:
             raise
         remedy = remedy.replace("sample_time", "--sample-time")

@@ -116,7 +116,10 @@ def summary(results: Sequence[DesignResult], *, every: bool) -> str:
         Whether the table shows every requirement, or the tightest alone.
     """
     if not results:
-        return "only studies or arms, no design: nothing to judge; run a study with slewctl study"
+        return (
+            "only studies or arms, no design: nothing was judged (a design has a [controller]; "
+            "slewctl study runs a study)"
+        )
     shown = "" if every else "; the tightest of each is shown"
     findings = [found for result in results for found in result.findings]
     asked = [found for found in findings if found.against == "requirement"]

@@ -65,7 +65,9 @@ def _in_folder(folder: Path) -> list[Path]:
     designs = [path for path in files if not is_no_design(path)]
     if not designs:
         what = "only studies or arms, no design" if files else "no .toml file"
-        raise InputError(f"{what} in this folder", where=str(folder), remedy="name a design file")
+        below = dict.fromkeys(str(path.parent) for path in designs_below(folder, []))
+        remedy = f"designs are in {', '.join(below)}: name it" if below else "name a design file"
+        raise InputError(f"{what} in this folder", where=str(folder), remedy=remedy)
     return designs
 
 

@@ -43,6 +43,11 @@ from slewctl.plant.signals import ACTUATORS, check_signals
 
 # Limits, or noise, that are right, beside which the others are looked at.
 _NO_SLEW = InputError("missing", where="slew", remedy="add it, with angle_deg and duration_s")
+_NO_TURN = InputError(
+    "missing: words of fixed point hold what the slew comes to, and no more",
+    where="slew",
+    remedy="add it, with angle_deg of the largest turn and its duration_s",
+)
 _HALF = {"theta": 1.0, "torque": 1.0}
 _OF_CONTROL = ("limits", "noise")
 # The keys of [controller] that are no options of a method.
@@ -222,6 +227,8 @@ def _design(source: Source, name: str, needs_slew: bool) -> DesignFile:
     needs_slew = needs_slew or any(_asks_for_a_slew(limits) for limits in (*asked, sought))
     if needs_slew and "slew" not in source.content:
         faults.add([_NO_SLEW])
+    elif export.arithmetic == "fixed" and "slew" not in source.content:
+        faults.add([_NO_TURN])
     faults.tell()
     if not keys["objective"].weighted:
         refuse_unweighted(name for limits in asked for name in limits)

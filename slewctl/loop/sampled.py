@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from slewctl._types import ComplexArray
+from slewctl.errors import AccuracyError
 from slewctl.loop.closed import Loop
 from slewctl.loop.parts import negated
 from slewctl.loop.single.factored_loop import FactoredLoop, factored
+from slewctl.loop.single.hybrid_delay import HybridDelay
+from slewctl.loop.single.margin_results import Crossing, Margins
+from slewctl.loop.single.seen_delay import seen_delay
 from slewctl.numerics.h2_norm import H2Cost
 from slewctl.numerics.linear_system import LinearSystem
 from slewctl.numerics.pairing import paired
@@ -41,7 +46,7 @@ class SampledLoop(Loop):
     sample, has no equivalent and is left out.
     `return_ratio`, and so `margins` and `response`, are of the loop broken where the
     computer hands the torque to the hold; they are exact for changes of gain and phase
-    there.
+    there.  The delay margin is that of the torque itself, on its way to the arm.
 
     Parameters
     ----------
@@ -78,6 +83,36 @@ class SampledLoop(Loop):
     def factors(self) -> FactoredLoop:
         """L as sampled plant and controller."""
         return factored(self._path, negated(self.controller.linear))
+
+    def margins_at(self, skew: float) -> Margins:
+        """Return the margins of a stable loop with this skew of the disk.
+
+        Its delay margin is of the continuous signal, and any part of a sample; that of the
+        samples alone, whole ones, is another, and may be far larger.
+        """
+        found = super().margins_at(skew)
+        doubts = tuple(doubt for doubt in found.doubts if not doubt.startswith("delay_s"))
+        try:
+            delay = self.delay_margin
+        except AccuracyError as error:  # as it is, the loop is nearly unstable
+            crossing, sure = Crossing(math.nan, None, note=str(error)), False
+        else:
+            crossing, sure = self._reached(delay, found.delay_s.note), delay.confirmed
+        if not sure:
+            doubts = ("poles do not confirm the delay margin", *doubts)
+        return replace(found, delay_s=crossing, doubts=doubts, confirmed=not doubts)
+
+    def _reached(self, delay: HybridDelay, why: str) -> Crossing:
+        if delay.omega is None:
+            return Crossing(delay.seconds, None, note=why)
+        hertz = np.array([delay.omega / (2 * math.pi)])
+        (mode,) = self.modes.largest(hertz, self.response(2 * math.pi * hertz))
+        return Crossing(delay.seconds, float(hertz[0]), mode)
+
+    @cached_property
+    def delay_margin(self) -> HybridDelay:
+        """The smallest dead time of the drive that makes a stable loop unstable."""
+        return seen_delay(self.plant.path, negated(self.controller.linear), self.late)
 
     @cached_property
     def closed(self) -> SampledClosed:

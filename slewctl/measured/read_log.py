@@ -134,6 +134,7 @@ def _signals(
                 remedy="name a time, torque or voltage, a sensor such as theta_deg, or reference",
             )
     found: list[str] = []
+    faults, missing = [], []
     for kind, example in (("actuator", "voltage"), ("sensor", "theta")):
         of_kind = [
             name
@@ -143,13 +144,16 @@ def _signals(
         ]
         chosen = [name for name in of_kind if name in asked] or of_kind
         if len(chosen) != 1:
-            several = f"several {kind}s are in it" if chosen else f"no column is known as {kind}"
-            raise InputError(
-                f"{several}: it holds {holds(held)}",
-                where=where,
-                remedy=f"map one, as columns={{{example!r}: …}}",
-            )
-        found += chosen
+            faults.append(f"several {kind}s are in it" if chosen else f"no {kind} is known in it")
+            missing.append(f"{example!r}: …")
+        found += chosen[:1]
+    if faults:  # all at once: who maps one of them has the next to map
+        raise InputError(
+            f"{' and '.join(faults)}: it holds {holds(held)}",
+            where=where,
+            remedy=f"map {'one' if len(faults) == 1 else 'both'}, as "
+            f"columns={{{', '.join(missing)}}}",
+        )
     return found[0], found[1]
 
 

@@ -117,10 +117,12 @@ def drawn_ladders(case: Case, ladders: Sequence[Ladder], origins: Sequence[Origi
     for row, ladder in enumerate(ladders):
         k = places[ladder.origin]
         place = np.array([rung.modes for rung in ladder.rungs], dtype=float)
-        for panel, rows, scale in zip(panels, (margins, losses), (1, 100), strict=False):
-            values = scale * np.array(rows[row])
-            panel.curve(place, values, f"o{k}")
-            panel.dots(place, values, f"o{k}")
+        shown = ((margins, 1, 0.0), (losses, 100, 100 * _LEAST_LOSS))
+        for panel, (rows, scale, floor) in zip(panels, shown, strict=False):
+            data = scale * np.array(rows[row])
+            values = np.maximum(data, floor)
+            panel.curve(place, values, f"o{k}", data=data)
+            panel.dots(place, values, f"o{k}", data=data)
         lost = place[[not rung.stable for rung in ladder.rungs]]
         panels[0].crosses(lost, np.zeros(len(lost)), f"o{k}")
     what = "Disk margin and loss" if weighted else "Disk margin"
@@ -130,7 +132,7 @@ def drawn_ladders(case: Case, ladders: Sequence[Ladder], origins: Sequence[Origi
 def _loss(rung: Rung) -> float:
     """Return a loss that can be drawn; infinite ones are gaps."""
     loss = _value(rung, "h2_loss")
-    return max(loss, _LEAST_LOSS) if np.isfinite(loss) else np.nan
+    return loss if np.isfinite(loss) else np.nan
 
 
 def _value(rung: Rung, name: str) -> float:
@@ -255,7 +257,8 @@ _FIGURES: dict[str, tuple[Draw, str]] = {
     "slew": (
         _slew,
         "The slew on the truth: tip over what is wanted (grey), its error, and what the drive "
-        "gives, drawn as if it had no limits (dotted, where near). Unstable loops are left out.",
+        "gives, as if it had no limits (dotted, where near) unless the file asks for conditions. "
+        "Unstable loops are left out.",
     ),
     "ladder": (
         ladder_figure,

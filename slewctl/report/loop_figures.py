@@ -169,7 +169,7 @@ def sensitivity_figure(result: CaseResult) -> Plot:
     for k, (hertz, sensitivity, complementary) in found.items():
         for panel, gain in ((s, sensitivity), (t, complementary)):
             drawn, of = np.maximum(gain, -90), result.curves[k]
-            panel.curve(hertz, drawn, look(result, k), simple=True, of=of)
+            panel.curve(hertz, drawn, look(result, k), simple=True, of=of, data=gain)
     if result.chosen.stable:
         peak = result.chosen.judgement.margins.modulus
         if peak.frequency_hz and peak.value > 0:

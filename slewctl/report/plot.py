@@ -48,6 +48,8 @@ class Item:
     simple : bool
     of : object
         What it is the line of, if it can be known again by that.
+    data : ndarray, optional
+        What y is where the drawing ends at a floor.
     """
 
     kind: Literal["curve", "dots", "crosses", "word"]
@@ -58,6 +60,7 @@ class Item:
     dy: float = 0.0
     simple: bool = False
     of: object = None
+    data: Array | None = None
 
 
 # Paths of lines by what they are lines of, and then by axes and place: a page that is drawn again
@@ -96,7 +99,14 @@ class Panel:
     items: list[Item] = field(default_factory=list)
 
     def curve(
-        self, x: Array, y: Array, look: str, *, simple: bool = False, of: object = None
+        self,
+        x: Array,
+        y: Array,
+        look: str,
+        *,
+        simple: bool = False,
+        of: object = None,
+        data: Array | None = None,
     ) -> None:
         """Draw a line; a value that is not finite is a gap in it.
 
@@ -110,12 +120,14 @@ class Panel:
         of : object, optional
             What it is the line of.  In panels with the same role and axes the first line of
             one is always the same, and so is the second: they are written once.
+        data : ndarray, optional
+            What y is where the drawing ends at a floor.
         """
-        self.items.append(Item("curve", x, y, look, simple=simple, of=of))
+        self.items.append(Item("curve", x, y, look, simple=simple, of=of, data=data))
 
-    def dots(self, x: Array, y: Array, look: str) -> None:
+    def dots(self, x: Array, y: Array, look: str, *, data: Array | None = None) -> None:
         """Draw a dot at every point."""
-        self.items.append(Item("dots", x, y, look))
+        self.items.append(Item("dots", x, y, look, data=data))
 
     def crosses(self, x: Array, y: Array, look: str) -> None:
         """Draw a cross at every point."""

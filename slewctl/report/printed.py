@@ -241,16 +241,20 @@ def _line(look: Mapping[str, Any]) -> dict[str, Any]:
 def _data(
     panels: Sequence[Panel], designs: Sequence[Mapping[str, Any]]
 ) -> Iterator[dict[str, Any]]:
-    """Yield a row for every point of every design's curves."""
+    """Yield a row for every point of every design's curves, once."""
+    told: set[tuple[str, str, float, float]] = set()
     for panel in panels:
         for item in panel.items:
             own = item.look.split()[0].removeprefix("o")
             if item.kind == "word" or not own.isdecimal():
                 continue
-            keys = {"design": designs[int(own)]["label"], "quantity": panel.y.label}
-            for x, y in zip(item.x.tolist(), item.y.tolist(), strict=True):
-                if np.isfinite(y):
-                    yield {**keys, panel.x.label: x, "value": y}
+            design, quantity = designs[int(own)]["label"], panel.y.label
+            values = item.y if item.data is None else item.data
+            for x, y in zip(item.x.tolist(), values.tolist(), strict=True):
+                row = design, quantity, x, y
+                if np.isfinite([x, y]).all() and row not in told:
+                    told.add(row)
+                    yield {"design": design, "quantity": quantity, panel.x.label: x, "value": y}
 
 
 # The columns of a table: a quantity, its heading, and what it is multiplied by.

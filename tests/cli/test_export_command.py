@@ -87,7 +87,10 @@ def test_data_is_the_controller_to_the_last_bit(tmp_path: Path, form: str) -> No
 
 @pytest.mark.slow
 @COMPILER
-@pytest.mark.parametrize("table", ["", '[export]\narithmetic = "fixed"\nword = 20\n'])
+@pytest.mark.parametrize(
+    "table",
+    ["", '[export]\narithmetic = "fixed"\nword = 20\n[slew]\nangle_deg = 30.0\nduration_s = 2.0\n'],
+)
 def test_the_compiled_code_is_judged_like_the_design(tmp_path: Path, table: str) -> None:
     path = design(tmp_path, DESIGN + "[variations.softer]\nstiffness_factor = 0.9\n" + table)
     values = []
@@ -107,7 +110,9 @@ def test_the_compiled_code_is_judged_like_the_design(tmp_path: Path, table: str)
 @COMPILER
 def test_the_worst_arm_of_a_box_is_the_compiled_codes(tmp_path: Path) -> None:
     box = "[uncertainty]\nbox = { stiffness_factor = [0.8, 1.2] }\nsamples = 0\nsearches = 0\n"
-    words = '[export]\narithmetic = "fixed"\nword = 14\n'
+    words = (
+        '[export]\narithmetic = "fixed"\nword = 14\n[slew]\nangle_deg = 30.0\nduration_s = 2.0\n'
+    )
     file = read_design(design(tmp_path, DESIGN + box + words))
     made, stepped = examine(file), examine(file, compiled=True)
     told = []
@@ -154,12 +159,13 @@ def test_a_machine_without_a_compiler_says_so_in_one_line(
         (("kp = 14.0", "kp = -14.0"), r"unstable at .* not to be run; see what to change"),
         (("[truth]", '[export]\narithmetic = "quad"\n[truth]'), r":\d+: export.arithmetic: unknown name 'quad'"),
         (("[truth]", "[export]\nword = 16\n[truth]"), r"export.word: double has no word"),
+        (("[truth]", '[export]\narithmetic = "fixed"\nword = 16\n[truth]'), r":\d+: slew: missing: words of fixed point hold what the slew comes to"),
         (("[truth]", '[export]\narithmetic = "fixed"\nword = 40\n[truth]'), r"export.word: words of 40 bits; give 4 to 32"),
         (("[truth]", '[export]\nreversed = ["tip"]\n[truth]'), r"export.reversed.0: unknown name 'tip'"),
         (("[truth]", '[export]\nreversed = ["theta"]\n[truth]'), r":\d+: export.reversed.0: theta has no raw units here, in whose function its sign is turned; give counts_per_turn too"),
         (("[truth]", '[export]\nreversed = ["voltage"]\ncounts_per_turn = 4096\n[truth]'), r"export.reversed.0: voltage has no raw units here.*; give steps_per_unit too"),
         (("[truth]", "[export]\ncounts_per_turn = 0\n[truth]"), r"export.counts_per_turn"),
-        (("[truth]", '[export]\narithmetic = "fixed"\nword = 16\nfraction = 17\n[truth]'), r":\d+: export.fraction: 17 of 16 bits behind the point overflow: voltage comes to 1.3; give at most 14, or a word of 19 bits"),
+        (("[truth]", '[export]\narithmetic = "fixed"\nword = 16\nfraction = 17\n[slew]\nangle_deg = 30.0\nduration_s = 2.0\n[truth]'), r":\d+: export.fraction: 17 of 16 bits behind the point overflow: voltage comes to 1.3; give at most 14, or a word of 19 bits"),
     ],
 )  # fmt: skip
 def test_what_cannot_run_is_refused_in_one_line(

@@ -187,7 +187,10 @@ def test_what_is_no_design_is_none_for_the_hook(more: str) -> None:
     done = slewctl("check", "--quiet", "study.toml")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     alone = slewctl("check", "study.toml")
-    told = "only studies or arms, no design: nothing to judge; run a study with slewctl study\n"
+    told = (
+        "only studies or arms, no design: nothing was judged (a design has a [controller]; "
+        "slewctl study runs a study)\n"
+    )
     assert (alone.returncode, alone.stdout, alone.stderr) == (0, told, "")
     done = slewctl("check", "study.toml", design("good"))
     assert done.returncode == 0

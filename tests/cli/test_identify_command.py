@@ -99,7 +99,13 @@ def test_a_mistake_is_one_line(folder: Path) -> None:
     good = {"--arm": folder / "arm.toml", "--free": "gain", "--out": folder / "no"}
     wrong = (
         ({}, folder / "none.csv", (), "there is no such file"),
-        ({}, folder / "run.csv", (), "it holds t, u, enc; map one, as --column voltage=…"),
+        (
+            {},
+            folder / "run.csv",
+            (),
+            "no actuator is known in it and no sensor is known in it: it holds t, u, enc; map both, as --column voltage=… --column theta=…",
+        ),
+        ({}, folder / "run.csv", ("--column", "voltage=u"), "map one, as --column theta=…"),
         ({"--free": "beam.stifness"}, folder / "run.csv", COLUMNS, "slewctl: --free: unknown"),
         ({}, folder / "run.csv", ("--column", "enc"), "maps nothing"),
         ({}, folder / "run.csv", (*COLUMNS, "--sample-time", "0.02"), "clocks disagree"),

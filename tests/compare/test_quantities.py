@@ -62,6 +62,11 @@ def test_a_margin_says_what_is_proved_of_it_and_nothing_else_does(judged: Judgem
         if quantity.kind != "margin":
             assert (found.at_least, found.intervals) == (None, 0), name
             continue
+        if name == "delay_margin_s" and judged.controller.sample_time:
+            # Of the torque on its way to the arm: poles confirm it.
+            assert (found.at_least, found.intervals) == (None, 0)
+            assert judged.margins.confirmed
+            continue
         assert found.intervals == judged.margins.intervals > 0
         assert found.at_least is not None
         if math.isfinite(found.value):

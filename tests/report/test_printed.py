@@ -17,7 +17,7 @@ from slewctl.compare import CaseResult, Comparison
 from slewctl.errors import InputError
 from slewctl.report import write_figures
 from slewctl.report.comparison_figures import figures
-from slewctl.report.printed import STYLES, _table, _tex, design_files
+from slewctl.report.printed import STYLES, _data, _table, _tex, design_files
 
 KINDS = ("bode", "poles", "shapes")
 
@@ -69,6 +69,26 @@ def test_data_beside_a_figure_are_the_computed_curves(
             ]
             expected = np.column_stack([curve.frequency_hz, values])
             assert np.array(own) == pytest.approx(expected, rel=1e-8)
+
+
+def test_data_are_what_was_computed_and_not_the_drawing_of_it(small_case: CaseResult) -> None:
+    """Floors, gaps and marks of a drawing are none of its data."""
+    labels = [{"label": str(curve.origin)} for curve in small_case.curves]
+    drawn = {kind: plot for kind, plot, _ in figures(small_case)}
+    rows = {
+        kind: list(_data(drawn[kind].panels, labels))
+        for kind in ("ladder", "sensitivity", "nyquist")
+    }
+    for kind, own in rows.items():
+        assert len({tuple(row.values()) for row in own}) == len(own)
+        numbers = [v for row in own for v in row.values() if not isinstance(v, str)]
+        assert np.isfinite(numbers).all(), kind
+    told = [row["value"] for row in rows["ladder"] if row["quantity"] == "lost (%)"]
+    losses = [rung.value("h2_loss") for ladder in small_case.ladders for rung in ladder.rungs]
+    assert told == [100 * loss for loss in losses if loss is not None and np.isfinite(loss)]
+    for quantity in ("|S| (dB)", "|T| (dB)"):
+        values = [row["value"] for row in rows["sensitivity"] if row["quantity"] == quantity]
+        assert values.count(-90.0) <= 1
 
 
 @pytest.mark.slow

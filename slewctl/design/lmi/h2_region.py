@@ -213,8 +213,9 @@ def _impossible(half: Half, wish: Region, rate: float, prefix: str, status: str)
 
     def possible(region: Region, tolerance: float | None = _COARSE) -> bool:
         found = _solve(half, region.scaled(rate), tolerance)
-        known = found.K is not None if tolerance else found.sound
-        return known and region.scaled(rate).holds(_poles(half, found.K))
+        if found.K is None or (tolerance is None and not found.sound):
+            return False
+        return region.scaled(rate).holds(_poles(half, found.K))
 
     poles = rate * _poles(half, half.optimal)
     spread = float(np.abs(poles).max())

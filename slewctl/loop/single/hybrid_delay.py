@@ -108,8 +108,8 @@ def smallest_delay(
     root = _enclosed(spare if whole else growth, start, end)
     at_limit = loop_with_delay((root - whole) * sample_time)
     omega = _samples_to_limit(at_limit)[1] if whole else _critical(at_limit)
-    confirmed = _confirmed(loop_with_delay, root * sample_time)
-    return HybridDelay(root * sample_time, omega, parts, confirmed)
+    sure = confirmed(loop_with_delay, root * sample_time)
+    return HybridDelay(root * sample_time, omega, parts, sure)
 
 
 def _enclosed(function: Callable[[float], float], start: float, end: float) -> float:
@@ -147,7 +147,7 @@ def _samples_to_limit(system: LinearSystem) -> tuple[float, float | None]:
     return float(found[k]), float(at[k])
 
 
-def _confirmed(loop_with_delay: LoopWithDelay, seconds: float) -> bool:
+def confirmed(loop_with_delay: LoopWithDelay, seconds: float) -> bool:
     """Whether poles are stable just inside the margin and unstable just outside."""
     inside, outside = (loop_with_delay(seconds * (1 + sense * _STEP)) for sense in (-1, 1))
     if max(inside.nstates, outside.nstates) > _LARGE:
@@ -174,8 +174,8 @@ def delayed_loop(
     callable
         From additional delay in s to L = K·P as a sampled system, broken at the hold.
     """
-    held = _by_delay(plant, controller.sample_time)
-    return lambda more: series(held(delay + more), controller)
+    seen = _by_delay(plant, controller.sample_time)
+    return lambda more: series(seen(delay + more), controller)
 
 
 def held_plant(plant: LinearSystem, step: float, delay: float) -> LinearSystem:
@@ -208,7 +208,7 @@ def sampled_with_delay(
     whole = int(np.floor(delay / step + 1e-12))
     part = max(delay - whole * step, 0.0)
     waiting = whole + (part > 0)
-    earlier, later = _held(A, B, part), _held(A, B, step - part)
+    earlier, later = held(A, B, part), held(A, B, step - part)
     big = np.zeros((n + waiting, n + waiting))
     big[:n, :n] = later[0] @ earlier[0]
     inputs = np.zeros((n + waiting, 1))
@@ -230,7 +230,7 @@ def sampled_with_delay(
     return LinearSystem(big, inputs, direct, np.zeros_like(D), step)
 
 
-def _held(A: Array, B: Array, h: float) -> tuple[Array, Array]:
+def held(A: Array, B: Array, h: float) -> tuple[Array, Array]:
     """Return e^(Ah) and ∫₀ʰ e^(At) dt B."""
     n, m = B.shape
     whole = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * h)

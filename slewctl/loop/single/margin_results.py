@@ -117,8 +117,8 @@ class Margins(Tabular):
         Smallest added delay that reaches it, as a turn of L by e^(−jωτ).  A sampled loop is
         delayed by whole samples alone, z^(−k) between controller and hold: it is stable with
         every k whose kT is less.  Zero where one sample is already too many because |L| ≥ 1
-        at half the sampling frequency.  For the delay of the continuous signal, which may be
-        any part of a sample, ask `hybrid_delay_margin`.
+        at half the sampling frequency.  The delay of the continuous signal may be any part of
+        a sample: `hybrid_delay_margin`, which is what the loop of an arm is told here.
     gain_crossings_hz : tuple of float
         All frequencies where |L| = 1.
     modulus : Crossing
