@@ -25,7 +25,7 @@ def box_bounds(box: Mapping[str, Sequence[float]], arm: Arm) -> tuple[Array, Arr
         raise InputError(
             f"{shown(box)} is not a box of 1 to {_MOST_PROPERTIES} properties",
             where="box",
-            remedy="give one, as in {'stiffness_factor': (0.9, 1.1)}",
+            remedy="give one, such as stiffness_factor from 0.9 to 1.1",
         )
     for name, interval in box.items():
         if name not in PROPERTIES:

@@ -331,8 +331,8 @@ _LIST = (
     Quantity(
         "settling_time", "s", "t_s", "smaller",
         "time until the tip stays within 2 % of its travel", "slew",
-        _slew(lambda s: s.settling_time_s), infinite="the tip keeps an error of more than 2 %",
-        scale="time",
+        _slew(lambda s: s.settling_time_s), scale="time",
+        infinite="the tip is not seen to stay within 2 %, for ever or until slew.horizon_s",
     ),
     Quantity(
         "overshoot", "", "OS", "smaller", "largest tip beyond its travel, as a fraction of it",

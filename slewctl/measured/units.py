@@ -101,6 +101,6 @@ def _counts(given: float | None, name: str) -> float:
         raise InputError(
             f"{shown(name)} needs the encoder's counts per turn",
             where="counts_per_turn",
-            remedy="give it, after quadrature, such as counts_per_turn=2048",
+            remedy="give counts_per_turn, after quadrature, such as 2048",
         )
     return check_positive(given, "counts_per_turn")

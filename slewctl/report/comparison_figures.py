@@ -20,7 +20,7 @@ from slewctl.report.loop_figures import (
 )
 from slewctl.report.palette import colour, dashes
 from slewctl.report.plot import HEIGHT, Panel, Plot, stacked
-from slewctl.report.scale import Axis, around
+from slewctl.report.scale import Axis, around, prefixed
 
 # Less than a hundredth of a percent lost is drawn as that.
 _LEAST_LOSS = 1e-4
@@ -144,7 +144,7 @@ def _slew(result: CaseResult) -> Plot:
     """Return tip, its error and what the drive gives, for the stable loops."""
     slews = [(k, c.slew) for k, c in own_last(result) if c.slew is not None]
     by_voltage = result.case.arm.motor is not None
-    drive = "motor voltage (V)" if by_voltage else "torque (N·m)"
+    drive, unit = ("motor voltage", "V") if by_voltage else ("torque", "N·m")
     if not slews:
         times, ends = Axis("time (s)", 0, 1), Axis("tip (m)", 0, 1)
         (panel,) = stacked(times, [(ends, HEIGHT, "")], "time")
@@ -153,33 +153,36 @@ def _slew(result: CaseResult) -> Plot:
         panel.word(0.5, 0.5, why, "n")
         return Plot([panel], f"{result.case.name}: {why}")
     first = slews[0][1]
-    limit = _drive_limit(result)
+    tips = [first.tip_reference, *(s.tip for _, s in slews)]
+    errors = [s.tip - s.tip_reference for _, s in slews]
     given = [s.actuator if by_voltage else s.torque for _, s in slews]
-    errors = [1e3 * (s.tip - s.tip_reference) for _, s in slews]
-    tips = np.concatenate([first.tip_reference, *(s.tip for _, s in slews)])
-    most = around(np.concatenate(given))
+    factors, axes = [], []
+    for what, of, usual, curves in (
+        ("tip", "m", 0, tips), ("tip error", "m", -1, errors), (drive, unit, 0, given),
+    ):  # fmt: skip
+        values = np.concatenate(curves)
+        factor, told = prefixed(values, of, usual)
+        factors.append(factor)
+        axes.append(Axis(f"{what} ({told})", *around(factor * values)))
+    limit = factors[2] * (_drive_limit(result) or np.inf)
+    low, high = axes[2].low, axes[2].high
     # A limit is drawn where it tells something: not far outside.
-    near = limit is not None and limit < 3 * max(abs(v) for v in most)
-    if near and limit is not None:
-        most = around(np.array([*most, limit, -limit]))
+    near = limit < 3 * max(-low, high)
+    if near:
+        axes[2] = Axis(axes[2].label, *around(np.array([low, high, limit, -limit])))
+    pace, second = prefixed(first.t, "s")
     panels = stacked(
-        Axis("time (s)", float(first.t[0]), float(first.t[-1])),
-        [
-            (Axis("tip (m)", *around(tips)), 116, "tip"),
-            (Axis("tip error (mm)", *around(np.concatenate(errors))), 116, "error"),
-            (Axis(drive, *most), 116, "drive"),
-        ],
+        Axis(f"time ({second})", pace * float(first.t[0]), pace * float(first.t[-1])),
+        [(axis, 116, role) for axis, role in zip(axes, ("tip", "error", "drive"), strict=True)],
         "time",
     )
-    tip, error, driven = panels
-    tip.curve(first.t, first.tip_reference, "wanted")
-    error.across(0, "k")
-    if near and limit is not None:
-        for value in (limit, -limit):
-            driven.across(value, "limit")
-    for (k, slew), off, push in zip(slews, errors, given, strict=True):
-        for panel, values in ((tip, slew.tip), (error, off), (driven, push)):
-            panel.curve(slew.t, values, look(result, k))
+    panels[0].curve(pace * first.t, factors[0] * first.tip_reference, "wanted")
+    panels[1].across(0, "k")
+    for value in (limit, -limit) if near else ():
+        panels[2].across(value, "limit")
+    for panel, factor, curves in zip(panels, factors, (tips[1:], errors, given), strict=True):
+        for (k, slew), values in zip(slews, curves, strict=True):
+            panel.curve(pace * slew.t, factor * values, look(result, k))
     return Plot(panels, f"Slew of {result.case.name} on the truth")
 
 
@@ -202,21 +205,30 @@ def _shapes(result: CaseResult) -> Plot:
     panels = []
     for k in range(modes):
         values = np.concatenate([s.shapes[k] for s in result.shapes if len(s.shapes) > k])
-        x = result.shapes[0].x
+        along, metre = prefixed(result.shapes[0].x, "m")
+        size, unit = _power_of_ten(values, "/√kg")
+        x = along * result.shapes[0].x
         panel = Panel(
-            Axis("x (m)", float(x[0]), float(x[-1])),
-            Axis(f"mode {k + 1} (1/√kg)", *around(values)),
+            Axis(f"x ({metre})", float(x[0]), float(x[-1])),
+            Axis(f"mode {k + 1} ({unit})", *around(size * values)),
             20 + (k // columns) * (height + 48), height, "place", "shape",
             left=52 + (k % columns) * room, width=room - 62,
         )  # fmt: skip
         for source in result.shapes:
             if len(source.shapes) > k:
                 look = "wanted" if source.source == "truth" else f"o{places[source.source]}"
-                panel.curve(source.x, source.shapes[k], look)
+                panel.curve(along * source.x, size * source.shapes[k], look)
         title = f"mode {k + 1}: {result.truth.frequencies_hz[k]:.4g} Hz"
         panel.word(float(x[0] + x[-1]) / 2, panel.y.high, title, "n", dy=-5)
         panels.append(panel)
     return Plot(panels, f"Mode shapes of {result.case.name} by basis over the truth")
+
+
+def _power_of_ten(values: Array, unit: str) -> tuple[float, str]:
+    """Return a factor and a unit of which a power of ten is a part, where marks want it."""
+    factor, prefix = prefixed(values, "")
+    power = str(-round(np.log10(factor))).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return factor, f"10{power}{unit}" if prefix else f"1{unit}"
 
 
 def _log_ends(values: Array) -> tuple[float, float]:

@@ -15,6 +15,10 @@ _MOST_MARKS = 6
 # Fewer decades than these are marked at 1, 2 and 5 too.
 _FEW_DECADES = 2.2
 
+# By powers of a thousand; and between which values a mark is short without them.
+_PREFIXES = {-4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}
+_FEW_DIGITS = 1e-2, 1e4
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -88,6 +92,30 @@ def _decades(low: float, high: float) -> list[float]:
         return [m * 10.0**k for k in range(first, last + 1) for m in (1, 2, 5)]
     every = -(-(last - first) // (2 * _MOST_MARKS))
     return [10.0**k for k in range(first, last + 1) if k % every == 0]
+
+
+def prefixed(values: Array, unit: str, usual: int = 0) -> tuple[float, str]:
+    """Return a factor and a unit in which marks of an axis have few digits.
+
+    Parameters
+    ----------
+    values : ndarray
+    unit : str
+        Without prefix.
+    usual : int
+        The power of a thousand, or of a thousandth, that is taken where it does.
+
+    Returns
+    -------
+    factor : float
+    unit : str
+        With its prefix, such as ``mm``.
+    """
+    known = np.abs(values[np.isfinite(values)])
+    most, power = float(known.max(initial=0.0)), usual
+    if most > 0 and not _FEW_DIGITS[0] <= most / 1000.0**usual < _FEW_DIGITS[1]:
+        power = int(np.clip(np.floor(np.log10(most) / 3), min(_PREFIXES), max(_PREFIXES)))
+    return 1000.0**-power, f"{_PREFIXES[power]}{unit}"
 
 
 def around(values: Array, margin: float = 0.05) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from scipy.linalg import expm
 
 import slewctl as sc
 from slewctl.design.anti_windup import anti_windup
+from slewctl.loop.motion.simulation import _settled
 from slewctl.loop.motion.slew_inputs import told
 from slewctl.loop.noise import noise_levels
 
@@ -415,10 +416,25 @@ def test_a_continuous_law_has_no_clock(name: str) -> None:
         under(loop_of(uniform_arm()), **{name: value})
 
 
+@pytest.mark.parametrize("decay", [0.02, 0.1, 0.5])
+def test_what_has_settled_has_for_every_longer_horizon(decay: float) -> None:
+    """A tip that only crosses its band as the horizon comes has not settled."""
+    t = np.linspace(0.0, 80.0, 40001)
+    away = np.abs(np.exp(-decay * t) * np.cos(3 * t))
+    band = 0.3
+    true = _settled(t, away, band)
+    assert band == pytest.approx(np.interp(true, t, away), rel=1e-3)
+    assert away[t > true].max() <= band
+    told = {_settled(t[:end], away[:end], band) for end in range(200, len(t), 40)}
+    assert told == {true, math.inf}
+
+
 def test_a_simulation_draws_and_tells_itself() -> None:
     pytest.importorskip("matplotlib").use("Agg")
     found = under(pd_loop(arm_with()), saturate=True)
-    assert str(found).startswith("slew as it happens: the tip does not settle, residual")
+    assert str(found).startswith(
+        f"slew as it happens: not seen settled by {found.t[-1]:.4g} s, residual"
+    )
     for what in ("tip", "error", "torque", "work"):
         assert found.plot(what).lines
     with pytest.raises(sc.InputError, match="what"):

@@ -18,7 +18,7 @@ from slewctl.loop.curves import Curve
 from slewctl.report.comparison import section, write_comparison
 from slewctl.report.comparison_figures import figures
 from slewctl.report.plot import FINE, Panel, Plot, refined
-from slewctl.report.scale import Axis, around
+from slewctl.report.scale import Axis, around, prefixed
 from slewctl.report.thinning import thinned
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -223,3 +223,13 @@ def test_page_begins_with_the_verdicts_and_folds_into_pages(
         r"<figure.*?</figure>", whole, re.S
     )
     assert json.loads((split.parent / "results.json").read_text())["cases"]
+
+
+@given(st.floats(1e-13, 1e11), st.sampled_from([-1, 0, 1]))
+def test_a_prefix_changes_the_unit_and_not_the_value(most: float, usual: int) -> None:
+    values = np.array([-most, 0.5 * most, np.nan])
+    factor, unit = prefixed(values, "m", usual)
+    size = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
+    assert factor * size[unit.removesuffix("m")] == pytest.approx(1.0)
+    if 1e-12 <= most < 1e12:
+        assert 1e-2 <= factor * most < 1e4

@@ -78,6 +78,7 @@ class Simulation(SlewResponse):
     def __str__(self) -> str:
         s = self.summary
         told = super().__str__().replace("slew:", "slew as it happens:", 1)
+        told = told.replace("the tip does not settle", f"not seen settled by {self.t[-1]:.4g} s", 1)
         told += f", {s.energy_j:.4g} J"
         if self.conditions.limited:
             told += f", limited for {s.saturation_s:.4g} s"
@@ -311,12 +312,17 @@ def _summary(loop: Loop, slew: Slew, track: Track, signals: Mapping[str, Array])
 
 
 def _settled(t: Array, away: Array, band: float) -> float:
-    """Return when a signal comes into its band for good, between two times by a straight line."""
+    """Return when a signal comes into its band for good, between two times by a straight line.
+
+    What is seen there for less than twice the time that it takes to go straight through may be
+    doing so.
+    """
     outside = np.flatnonzero(away > band)
     if not len(outside):
         return 0.0
     last = int(outside[-1])
     if last == len(t) - 1:
         return math.inf
-    share = (away[last] - band) / (away[last] - away[last + 1])
-    return float(t[last] + share * (t[last + 1] - t[last]))
+    step, fallen = float(t[last + 1] - t[last]), float(away[last] - away[last + 1])
+    found = float(t[last] + (away[last] - band) / fallen * step)
+    return found if t[-1] - found >= 4 * band / fallen * step else math.inf
