@@ -420,12 +420,11 @@ def test_a_continuous_law_has_no_clock(name: str) -> None:
 def test_what_has_settled_has_for_every_longer_horizon(decay: float) -> None:
     """A tip that only crosses its band as the horizon comes has not settled."""
     t = np.linspace(0.0, 80.0, 40001)
-    away = np.abs(np.exp(-decay * t) * np.cos(3 * t))
-    band = 0.3
-    true = _settled(t, away, band)
+    error, band = np.exp(-decay * t) * np.cos(3 * t), 0.3
+    away, true = np.abs(error), _settled(t, error, band)
     assert band == pytest.approx(np.interp(true, t, away), rel=1e-3)
     assert away[t > true].max() <= band
-    told = {_settled(t[:end], away[:end], band) for end in range(200, len(t), 40)}
+    told = {_settled(t[:end], error[:end], band) for end in range(200, len(t), 40)}
     assert told == {true, math.inf}
 
 

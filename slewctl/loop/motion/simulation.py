@@ -300,7 +300,7 @@ def _summary(loop: Loop, slew: Slew, track: Track, signals: Mapping[str, Array])
     beyond = float((np.sign(travel) * error).max()) / size
     limits = not slew.conditions.saturate and bool(loop.model.arm.exceeded(torque, voltage))
     return SlewSummary(
-        _settled(t, np.abs(error), BAND * size),
+        _settled(t, error, BAND * size),
         float(np.abs(error[after]).max()),
         torque,
         voltage,
@@ -311,12 +311,13 @@ def _summary(loop: Loop, slew: Slew, track: Track, signals: Mapping[str, Array])
     )
 
 
-def _settled(t: Array, away: Array, band: float) -> float:
+def _settled(t: Array, error: Array, band: float) -> float:
     """Return when a signal comes into its band for good, between two times by a straight line.
 
-    What is seen there for less than twice the time that it takes to go straight through may be
-    doing so.
+    It may be going through where it has been seen there for less than twice the time that this
+    takes, and is so fast at the end that it would be outside after as long again.
     """
+    away = np.abs(error)
     outside = np.flatnonzero(away > band)
     if not len(outside):
         return 0.0
@@ -325,4 +326,6 @@ def _settled(t: Array, away: Array, band: float) -> float:
         return math.inf
     step, fallen = float(t[last + 1] - t[last]), float(away[last] - away[last + 1])
     found = float(t[last] + (away[last] - band) / fallen * step)
-    return found if t[-1] - found >= 4 * band / fallen * step else math.inf
+    seen, rate = float(t[-1]) - found, abs(float((error[-1] - error[-2]) / (t[-1] - t[-2])))
+    stays = float(away[-1]) + 2 * rate * seen <= band
+    return found if stays or seen >= 4 * band / fallen * step else math.inf
