@@ -46,7 +46,7 @@ def place_text(verdict: Verdict) -> str:
     if verdict.frequency_hz is None:
         return ""
     hertz = f"{verdict.frequency_hz:.4g} Hz"
-    if hertz in verdict.note:
+    if f"at {hertz}" in verdict.note:
         return ""
     # The mode's own frequency, in brackets, is one number too many here.
     mode = verdict.mode.partition(" (")[0]

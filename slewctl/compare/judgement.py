@@ -205,10 +205,11 @@ class Judgement:
     @cached_property
     def optimum(self) -> Controller:
         """The best controller with the same clock and delay, on the same truth."""
-        return self.yardstick.optimum(*self._clock)
+        return self.yardstick.optimum(*self.clock)
 
     @property
-    def _clock(self) -> tuple[float, float]:
+    def clock(self) -> tuple[float, float]:
+        """Sample time and delay in s of what is judged, both zero of a continuous controller."""
         sampled = self.controller.sample_time
         return sampled, self.controller.delay if sampled else 0.0
 
@@ -226,8 +227,8 @@ class Judgement:
     @property
     def loss(self) -> float:
         """Cost over that of the `optimum`, less one."""
-        clock, own = self._clock, self.yardstick
-        least = own.least_cost(*clock) if self.at_once else self.optimum.h2_cost
+        own = self.yardstick
+        least = own.least_cost(*self.clock) if self.at_once else self.optimum.h2_cost
         return self.cost / least - 1
 
     @cached_property

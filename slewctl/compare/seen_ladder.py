@@ -16,9 +16,9 @@ from slewctl.loop import close
 from slewctl.loop.seen_disk import seen_disk_margin
 
 _SEEN = ("disk_margin", "h2_loss")
-# Two rungs between which nothing happens: the margin's relative difference, the loss's, and
-# losses that are nothing at all.
-_SAME_MARGIN, _SAME_LOSS, _NO_LOSS = 0.05, 0.2, 1e-4
+# Two rungs between which nothing happens: how far values may differ, relative to the larger,
+# or at all.
+_SAME = {"disk_margin": (0.05, 0.0), "h2_loss": (0.2, 1e-4)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +53,13 @@ class SeenRung(Rung):
 
     def _loss(self) -> float | None:
         """The cost over the least, less one; None without weights, or where it is not found."""
-        loop, controller = self.judgement.loop, self.judgement.controller
+        loop = self.judgement.loop
         if not (self.stable and loop.objective.weighted):
             return None
         if math.isinf(loop.h2_by_poles.value):
             return math.inf
-        clock, own = controller.sample_time, self.judgement.yardstick
         try:
-            least = own.least_cost(clock, controller.delay if clock else 0.0, self.below)
+            least = self.judgement.yardstick.least_cost(*self.judgement.clock, self.below)
         except SlewctlError:  # it is told when the ladder is climbed
             return None
         return loop.h2_by_poles.value / least - 1
@@ -173,18 +172,17 @@ def _alike(lower: SeenRung, upper: SeenRung) -> bool:
     """Whether two rungs show the same, so that those between them do, too."""
     if lower.stable != upper.stable:
         return False
-    pairs = [(lower.value(name), upper.value(name)) for name in _SEEN]
     return all(
-        first == second
-        or (
-            first is not None
-            and second is not None
-            and abs(first - second) <= max(part * max(abs(first), abs(second)), nothing)
-        )
-        for (first, second), part, nothing in zip(
-            pairs, (_SAME_MARGIN, _SAME_LOSS), (0.0, _NO_LOSS), strict=True
-        )
+        _near(lower.value(name), upper.value(name), part, least)
+        for name, (part, least) in _SAME.items()
     )
+
+
+def _near(first: float | None, second: float | None, part: float, least: float) -> bool:
+    """Whether two values differ by no more than a part of the larger, or hardly at all."""
+    if first is None or second is None or first == second:
+        return first == second
+    return abs(first - second) <= max(part * max(abs(first), abs(second)), least)
 
 
 def _closed(step: Yardstick, controller: Controller, case: Case) -> Judgement:

@@ -14,7 +14,7 @@ from slewctl.loop.closed import Loop
 from slewctl.loop.parts import negated
 from slewctl.loop.single.factored_loop import FactoredLoop, factored
 from slewctl.loop.single.hybrid_delay import HybridDelay
-from slewctl.loop.single.margin_results import Crossing, Margins
+from slewctl.loop.single.margin_results import Crossing, Margins, doubts_of
 from slewctl.loop.single.seen_delay import seen_delay
 from slewctl.numerics.h2_norm import H2Cost
 from slewctl.numerics.linear_system import LinearSystem
@@ -91,15 +91,14 @@ class SampledLoop(Loop):
         samples alone, whole ones, is another, and may be far larger.
         """
         found = super().margins_at(skew)
-        doubts = tuple(doubt for doubt in found.doubts if not doubt.startswith("delay_s"))
         try:
             delay = self.delay_margin
         except AccuracyError as error:  # as it is, the loop is nearly unstable
             crossing, sure = Crossing(math.nan, None, note=str(error)), False
         else:
             crossing, sure = self._reached(delay, found.delay_s.note), delay.confirmed
-        if not sure:
-            doubts = ("poles do not confirm the delay margin", *doubts)
+        own = () if sure else ("poles do not confirm the delay margin",)
+        doubts = (*own, *found.unproved, *doubts_of({**found.each, "delay_s": crossing}))
         return replace(found, delay_s=crossing, doubts=doubts, confirmed=not doubts)
 
     def _reached(self, delay: HybridDelay, why: str) -> Crossing:

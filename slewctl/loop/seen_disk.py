@@ -9,6 +9,7 @@ import numpy as np
 
 from slewctl._types import Array, ComplexArray
 from slewctl.loop.closed_response import ClosedResponse
+from slewctl.numerics.frequency_response import with_resonances
 from slewctl.numerics.linear_system import LinearSystem
 
 # Frequencies from a tenth of the slowest pole to ten times the fastest, before poles are added.
@@ -111,10 +112,7 @@ def _frequencies(loop: Seen) -> Array:
     fast = min(10 * float(size.max()), last)
     grid = np.geomspace(min(float(size.min()), fast) / 10, fast, _POINTS)
     ringing = poles[poles.imag > 0]
-    middle, half = _folded(ringing.imag, last)[:, None], np.abs(ringing.real)[:, None]
-    around = np.concatenate([middle - half * _WIDTHS, middle + half * _WIDTHS]).ravel()
-    around = around[(around > grid[0]) & (around < fast)]
-    return np.unique(np.concatenate([grid, around]))
+    return with_resonances(grid, _folded(ringing.imag, last), np.abs(ringing.real), _WIDTHS)
 
 
 def _folded(omega: Array, last: float) -> Array:

@@ -142,6 +142,24 @@ def axis_points(omega: Array, step: float) -> ComplexArray:
     return np.asarray(2j * np.sin(half) * np.exp(1j * half))
 
 
+def with_resonances(grid: Array, middle: Array, half: Array, widths: Array) -> Array:
+    """Return a grid of frequencies with more of them within it, dense at resonances.
+
+    Parameters
+    ----------
+    grid : ndarray
+        Increasing.
+    middle, half : ndarray, shapes (resonances,)
+        Where they are, and their half-widths.
+    widths : ndarray
+        Where each is looked at, in half-widths from its middle.
+    """
+    off = half[:, None] * widths
+    around = np.concatenate([middle[:, None] - off, middle[:, None] + off]).ravel()
+    within = around[(around > grid[0]) & (around < grid[-1])]
+    return np.unique(np.concatenate([grid, within]))
+
+
 def landmarks(poles: ComplexArray, step: float) -> Array:
     """Return |p| and |Im p| in rad/s of poles in s, or in δ = z − 1 with sample time `step`."""
     s = np.asarray(poles, dtype=complex)

@@ -75,10 +75,13 @@ class Simulation(SlewResponse):
         """Of all that was random; None where nothing was."""
         return (self.conditions.seed or 0) if self.conditions.random else None
 
+    @property
+    def _unsettled(self) -> str:
+        return f"not seen settled by {self.t[-1]:.4g} s"
+
     def __str__(self) -> str:
         s = self.summary
         told = super().__str__().replace("slew:", "slew as it happens:", 1)
-        told = told.replace("the tip does not settle", f"not seen settled by {self.t[-1]:.4g} s", 1)
         told += f", {s.energy_j:.4g} J"
         if self.conditions.limited:
             told += f", limited for {s.saturation_s:.4g} s"

@@ -92,12 +92,16 @@ class SlewResponse(Described):
     tip_reference: Array
     summary: SlewSummary
 
+    @property
+    def _unsettled(self) -> str:
+        return "the tip does not settle"
+
     def __str__(self) -> str:
         s = self.summary
         volts = "" if s.peak_voltage is None else f", {s.peak_voltage:.4g} V"
         beyond = ", beyond the drive's limits" if s.saturates else ""
         still = np.isfinite(s.settling_time_s)
-        settled = f"settled after {s.settling_time_s:.4g} s" if still else "the tip does not settle"
+        settled = f"settled after {s.settling_time_s:.4g} s" if still else self._unsettled
         return (
             f"slew: {settled}, residual {s.residual_m:.3g} m, "
             f"peak {s.peak_torque:.4g} N·m{volts}{beyond}"

@@ -23,7 +23,7 @@ from slewctl.loop.single.factored_loop import Enclosure, FactoredLoop
 from slewctl.loop.single.findings import Least
 from slewctl.loop.single.interval_ends import LEVEL_OF_S
 from slewctl.loop.single.margin_report import Report
-from slewctl.loop.single.margin_results import Crossing, Margins
+from slewctl.loop.single.margin_results import Crossing, Margins, doubts_of
 from slewctl.loop.single.mode_names import Modes
 from slewctl.loop.single.perturbation import Changed, Kind
 from slewctl.loop.single.search import COMPLEMENTARY, DISK, MODULUS, REAL, UNIT, Search
@@ -210,11 +210,7 @@ def margins_of(
         "complementary": _nearest(report, loop, "disk", search.least(COMPLEMENTARY), -1.0),
     }
     crossings = report.named(crossings)
-    doubts += tuple(
-        f"{name} is proved to be at least {crossing.at_least:.6g} only"
-        for name, crossing in crossings.items()
-        if crossing.wide and name != "complementary"
-    )
+    doubts += doubts_of({name: crossings[name] for name in crossings if name != "complementary"})
     hertz = tuple(float(w) / (2 * math.pi) for w in omega)
     return Margins(
         **crossings,

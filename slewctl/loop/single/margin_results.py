@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -72,6 +73,15 @@ class Crossing:
 
 
 _UNKNOWN = Crossing(math.nan, None)
+
+
+def doubts_of(crossings: Mapping[str, Crossing]) -> tuple[str, ...]:
+    """Return what noticeably less is proved of than was computed, in words."""
+    return tuple(
+        f"{name} is proved to be at least {crossing.at_least:.6g} only"
+        for name, crossing in crossings.items()
+        if crossing.wide
+    )
 
 
 @dataclass(frozen=True)

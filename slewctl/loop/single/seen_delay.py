@@ -27,7 +27,7 @@ from slewctl.loop.single.hybrid_delay import (
 )
 from slewctl.loop.single.return_ratio import BrokenLoop
 from slewctl.numerics.balance import balance
-from slewctl.numerics.frequency_response import FrequencyResponse
+from slewctl.numerics.frequency_response import FrequencyResponse, with_resonances
 from slewctl.numerics.linear_system import LinearSystem
 
 # Fractions of a sample at which curves are looked at, and their frequencies besides poles.
@@ -89,9 +89,34 @@ class _Curves:
 
     def at(self, omega: Array, rows: ComplexArray, delays: Array) -> ComplexArray:
         """Return L, shape (ω, delays), of additional delays."""
+        whole, left = self._split(delays)
+        later = np.hstack([held(self._A, self._B, h)[1] for h in left])
+        return self._delayed(omega, rows, whole, later)
+
+    def swept(self, omega: Array) -> tuple[Array, ComplexArray]:
+        """Return additional delays of equal parts of a sample, and L, shape (ω, delays).
+
+        Γ goes from each to the next by one map.
+        """
+        delays = np.arange(_PARTS) / _PARTS * self.T
+        whole, left = self._split(delays)
+        order = np.argsort(left)
+        later = np.empty((len(self._A), _PARTS))
+        map_, step = held(self._A, self._B, self.T / _PARTS)
+        _, now = held(self._A, self._B, left[order[0]])
+        for k in order:
+            later[:, k] = now[:, 0]
+            now = map_ @ now + step
+        return delays, self._delayed(omega, self.rows(omega), whole, later)
+
+    def _split(self, delays: Array) -> tuple[Array, Array]:
+        """Return whole samples d, and T − m."""
         whole = np.floor((self.late + delays) / self.T + 1e-12)
-        part = np.maximum(self.late + delays - whole * self.T, 0.0)
-        later = np.hstack([held(self._A, self._B, self.T - m)[1] for m in part])
+        return whole, self.T - np.maximum(self.late + delays - whole * self.T, 0.0)
+
+    def _delayed(
+        self, omega: Array, rows: ComplexArray, whole: Array, later: Array
+    ) -> ComplexArray:
         z = np.exp(1j * omega * self.T)[:, None]
         first, second = rows @ later, rows @ (self._whole - later)
         return np.asarray(z**-whole * (first + second / z))
@@ -139,8 +164,7 @@ def _least(curves: _Curves, nominal: LinearSystem) -> tuple[float, float] | None
     """Return the smallest delay that is met and its frequency; None if there is none."""
     T = curves.T
     omega = _frequencies(nominal, T)
-    delays = np.arange(_PARTS) / _PARTS * T
-    values = curves.at(omega, curves.rows(omega), delays)
+    delays, values = curves.swept(omega)
     if not np.isfinite(values).all():
         return None
     best = curves.flipped(values[-1].real)
@@ -186,6 +210,4 @@ def _frequencies(nominal: LinearSystem, T: float) -> Array:
     last = np.pi / T
     grid = np.geomspace(min(float(size.min(initial=last)), last) / 10, last, _POINTS)
     ringing = s[s.imag > 0]
-    middle, half = ringing.imag[:, None], np.abs(ringing.real)[:, None]
-    around = np.concatenate([middle - half * _WIDTHS, middle + half * _WIDTHS]).ravel()
-    return np.unique(np.append(grid, around[(around > grid[0]) & (around < last)]))
+    return with_resonances(grid, ringing.imag, np.abs(ringing.real), _WIDTHS)
