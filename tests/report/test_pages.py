@@ -13,10 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from slewctl.compare import compare
+from slewctl.compare import compare, evaluate
 from slewctl.files import read_design
 from slewctl.paper import PaperReproduction
 from slewctl.report import write_comparison, write_paper
+from slewctl.report.comparison import _proof
 from slewctl.report.page import hertz, number, percent
 
 DESIGNS = Path(__file__).parents[2] / "designs"
@@ -100,6 +101,15 @@ def test_reports_are_the_same_bytes_every_time(pages: dict[str, Path], kind: str
     first, second = pages[f"{kind}-first"].parent, pages[f"{kind}-second"].parent
     for path in first.iterdir():
         assert path.read_bytes() == (second / path.name).read_bytes()
+
+
+def test_a_page_says_what_proves_a_sampled_delay_margin() -> None:
+    told = [
+        _proof(evaluate(read_design(DESIGNS / f"{name}.toml").case))
+        for name in ("02-hub-as-heavy-as-the-beam", "06-sampled-lqg-with-delay")
+    ]
+    assert all(text.startswith("are proved on ") for text in told)
+    assert ["that of the delay" in text for text in told] == [False, True]
 
 
 def test_unstable_designs_are_named_with_their_frequency(pages: dict[str, Path]) -> None:
